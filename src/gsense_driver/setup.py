@@ -1,0 +1,28 @@
+"""Installs gsense_driver as an ament_python package."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "gsense_driver"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Reads the board's frames from a serial line and publishes them as ROS 2 messages.",
+    license="Apache-2.0",
+    maintainer="gsense developers",
+    maintainer_email="gsense@example.org",
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.j2", "*.yaml", "*.css", "*.js", "*.svg"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "bridge = gsense_driver.bridge_node:main",
+            "board = gsense_driver.board:main",
+        ],
+    },
+)

@@ -1,0 +1,28 @@
+"""Installs gsense_fusion as an ament_python package."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "gsense_fusion"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Estimates attitude with and without g-compensation, and finds the effect that the declared model lacks.",
+    license="Apache-2.0",
+    maintainer="gsense developers",
+    maintainer_email="gsense@example.org",
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.j2", "*.yaml", "*.css", "*.js", "*.svg"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "fusion = gsense_fusion.fusion_node:main",
+            "close_loop = gsense_fusion.close_loop:main",
+        ],
+    },
+)

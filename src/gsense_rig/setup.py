@@ -1,0 +1,30 @@
+"""Installs gsense_rig as an ament_python package."""
+
+from setuptools import find_packages, setup
+
+PACKAGE = "gsense_rig"
+
+setup(
+    name=PACKAGE,
+    version="0.1.0",
+    description="Controls the linear rail, or simulates it, and records what the graph publishes.",
+    license="Apache-2.0",
+    maintainer="gsense developers",
+    maintainer_email="gsense@example.org",
+    python_requires=">=3.10",
+    packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
+    package_data={"": ["py.typed", "*.html", "*.j2", "*.yaml", "*.css", "*.js", "*.svg"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
+        (f"share/{PACKAGE}", ["package.xml"]),
+    ],
+    zip_safe=False,
+    entry_points={
+        "console_scripts": [
+            "rig = gsense_rig.rig_node:main",
+            "record = gsense_rig.record:main",
+            "simulate = gsense_rig.simulate:main",
+            "demo = gsense_rig.demo:main",
+        ],
+    },
+)
