@@ -1,0 +1,27 @@
+"""Bags in, arrays out: `load_run` reads one rosbag2 recording as a `Run`."""
+
+from .reader import load_run
+from .run import (
+    ImuSeries,
+    JointSeries,
+    LinkCounts,
+    MagSeries,
+    PoseSeries,
+    ReferencePose,
+    Run,
+    ScalarSeries,
+)
+from .storage import BagError
+
+__all__ = [
+    "BagError",
+    "ImuSeries",
+    "JointSeries",
+    "LinkCounts",
+    "MagSeries",
+    "PoseSeries",
+    "ReferencePose",
+    "Run",
+    "ScalarSeries",
+    "load_run",
+]

@@ -1,0 +1,196 @@
+"""`load_run`: one bag of any recorder as a `Run`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import cdr
+from .run import (
+    ImuSeries,
+    JointSeries,
+    LinkCounts,
+    MagSeries,
+    PoseSeries,
+    ReferencePose,
+    Run,
+    ScalarSeries,
+)
+from .storage import BagError, RawTopic, open_storage
+from .topics import Names, find_names
+
+_NO_AXIS_VARIANCE = 1e6
+
+
+def load_run(path: Path | str, sensor: str) -> Run:
+    """Read a bag.
+
+    Args:
+        path: rosbag2 folder, or a bare `.mcap` or `.db3` file; MCAP or SQLite3, compressed or not, any recorder.
+        sensor: a sensor's name (`mpu6050`: the topic that ends in `mpu6050/imu/data_raw`, under any namespace) or a whole
+            topic (`/imu`).
+
+    Returns:
+        The run; what the bag lacks is None, and what was odd is in `notes`.
+
+    Raises:
+        BagError: the bag or the sensor's topic cannot be used; one line, with the path and what to do.
+    """
+    path = Path(path)
+    with open_storage(path) as storage:
+        names = find_names(path, {topic.name: topic.msgtype for topic in storage.topics.values()}, sensor)
+        raw = storage.read(names.all())
+    loader = _Loader(path, raw, list(names.notes))
+    imu = loader.imu(names.imu)
+    link, unit_id = loader.link(names.link)
+    return Run(
+        path=path,
+        name=path.stem if path.is_file() else path.resolve().name,
+        sensor=names.sensor,
+        topic=names.imu,
+        imu=imu,
+        pose=loader.pose(names.pose, imu),
+        joint=loader.joint(names.joint, imu),
+        temperature=loader.scalar(names.temperature, "temperature"),
+        battery=loader.scalar(names.battery, "voltage"),
+        mag=loader.mag(names.mag),
+        reference=loader.reference(names.reference),
+        link=link,
+        unit_id=unit_id,
+        notes=tuple(loader.notes),
+    )
+
+
+@dataclass
+class _Table:
+    """A topic's columns in order of their stamps."""
+
+    stamp_ns: NDArray[np.int64]
+    received_ns: NDArray[np.int64]
+    columns: cdr.Columns
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        return self.columns.get(name, np.full(len(self.stamp_ns), np.nan))
+
+
+@dataclass
+class _Loader:
+    path: Path
+    raw: dict[str, RawTopic]
+    notes: list[str] = field(default_factory=list)
+
+    def imu(self, name: str) -> ImuSeries:
+        table = self._table(name)
+        if table is None:
+            raise BagError(f"{self.path}: {name} has no messages; was the sensor on when this was recorded?")
+        rate = _reported(table, "angular_velocity")
+        force = _reported(table, "linear_acceleration")
+        absent = np.diagonal(table.column("angular_velocity_covariance").reshape(-1, 3, 3), axis1=1, axis2=2)
+        axes = [bool(np.any(absent[:, i] < _NO_AXIS_VARIANCE)) for i in range(3)]
+        return ImuSeries(table.stamp_ns, table.received_ns, rate, force, (axes[0], axes[1], axes[2]))
+
+    def pose(self, name: str | None, imu: ImuSeries) -> PoseSeries | None:
+        table = self._same_time(name, self._table(name), imu)
+        return PoseSeries(table.stamp_ns, table.column("position")[:, 0].copy()) if table else None
+
+    def joint(self, name: str | None, imu: ImuSeries) -> JointSeries | None:
+        table = self._same_time(name, self._table(name), imu)
+        if table is None:
+            return None
+        return JointSeries(table.stamp_ns, table.column("position"), table.column("velocity"), table.column("effort"))
+
+    def scalar(self, name: str | None, column: str) -> ScalarSeries | None:
+        table = self._table(name)
+        return ScalarSeries(table.stamp_ns, table.column(column)) if table else None
+
+    def mag(self, name: str | None) -> MagSeries | None:
+        table = self._table(name)
+        return MagSeries(table.stamp_ns, table.column("magnetic_field")) if table else None
+
+    def reference(self, name: str | None) -> ReferencePose | None:
+        table = self._table(name)
+        if table is None:
+            return None
+        orientation = table.column("orientation")[:, [3, 0, 1, 2]]  # ROS x, y, z, w -> w, x, y, z
+        norm = np.linalg.norm(orientation, axis=1, keepdims=True)
+        return ReferencePose(table.stamp_ns, table.column("position"), orientation / np.where(norm > 0, norm, np.nan))
+
+    def link(self, name: str | None) -> tuple[LinkCounts | None, str | None]:
+        topic = self.raw.get(name) if name else None
+        if topic is None or not topic.payloads:
+            return None, None
+        try:
+            messages = cdr.decode_link(topic.payloads, topic.definition)
+        except ValueError as error:
+            self.notes.append(f"{name}: not used, {error}")
+            return None, None
+        unit = getattr(messages[-1], "unit_id", "") or None
+        if len(messages) < 2:
+            self.notes.append(f"{name}: a single message, so the losses within the bag are unknown")
+            return None, unit
+        return _link_counts(messages), unit
+
+    def _table(self, name: str | None) -> _Table | None:
+        """Decoded topic, sorted by stamp; None where it is absent or has no messages."""
+        topic = self.raw.get(name) if name else None
+        if topic is None or not topic.payloads:
+            return None
+        try:
+            decoded = cdr.decode(topic.msgtype, topic.payloads)
+        except ValueError as error:
+            raise BagError(f"{self.path}: {name}: {error}; the recording is damaged") from error
+        received = np.array(topic.received_ns, dtype=np.int64)
+        return self._in_order(topic.name, _Table(decoded.stamp_ns, received, decoded.columns))
+
+    def _in_order(self, name: str, table: _Table) -> _Table:
+        stamp, keep = table.stamp_ns, np.ones(len(table.stamp_ns), dtype=bool)
+        unset = stamp == 0
+        if unset.all():
+            self.notes.append(f"{name}: no header stamps; the times of reception are used, which jitter")
+            stamp = table.received_ns
+        elif unset.any():
+            self.notes.append(f"{name}: {int(unset.sum())} messages without a stamp dropped")
+            keep = ~unset
+        backwards = int(np.sum(np.diff(stamp[keep]) < 0))
+        if backwards:
+            self.notes.append(f"{name}: stamps went back {backwards} times; sorted by stamp")
+        index = np.flatnonzero(keep)
+        index = index[np.argsort(stamp[index], kind="stable")]
+        first = np.concatenate(([True], np.diff(stamp[index]) > 0))
+        if not first.all():
+            self.notes.append(f"{name}: {int(np.sum(~first))} repeated stamps; the first message of each is used")
+            index = index[first]
+        if len(index) == len(stamp) and not backwards:
+            return _Table(stamp, table.received_ns, table.columns)
+        columns = {key: value[index] for key, value in table.columns.items()}
+        return _Table(stamp[index], table.received_ns[index], columns)
+
+    def _same_time(self, name: str | None, table: _Table | None, imu: ImuSeries) -> _Table | None:
+        """The table, or None with a note where it shares no time with the IMU (another clock)."""
+        if table is None:
+            return None
+        if table.stamp_ns[-1] < imu.stamp_ns[0] or table.stamp_ns[0] > imu.stamp_ns[-1]:
+            self.notes.append(f"{name}: not used, its stamps share no time with the sensor's (another clock?)")
+            return None
+        return table
+
+
+def _reported(table: _Table, name: str) -> NDArray[np.float64]:
+    values = table.column(name)
+    absent = table.column(f"{name}_covariance")[:, 0] == -1.0
+    return np.where(absent[:, None], np.nan, values) if absent.any() else values
+
+
+def _link_counts(messages: list[Any]) -> LinkCounts:
+    """Differences summed message by message, so that a restart of the driver (counters from zero) loses nothing before it."""
+    names = ("received", "lost", "corrupt", "duplicate", "reordered", "restarts")
+    totals = dict.fromkeys(names, 0)
+    for before, after in zip(messages[:-1], messages[1:], strict=True):
+        restarted = after.received < before.received
+        for name in names:
+            totals[name] += int(getattr(after, name)) - (0 if restarted else int(getattr(before, name)))
+    return LinkCounts(**totals)

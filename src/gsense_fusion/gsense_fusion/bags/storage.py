@@ -1,0 +1,205 @@
+"""Raw messages out of rosbag2 storage, whoever wrote it.
+
+The storage files are read themselves, and `metadata.yaml` only for their names and the compression: `rosbags` matches the
+metadata's QoS against the storage's and silently yields nothing from a bag that `ros2 bag reindex` rewrote.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path, PurePath
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import yaml
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+_SUFFIXES = (".mcap", ".db3")
+
+
+class BagError(Exception):
+    """The bag cannot be used; one line that names the path and what to do."""
+
+
+@dataclass
+class RawTopic:
+    """All messages of a topic as recorded: CDR payloads with the time of their reception."""
+
+    name: str
+    msgtype: str
+    definition: str
+    """Message definition stored in the bag; empty where there is none."""
+    count: int
+    received_ns: list[int] = field(default_factory=list)
+    payloads: list[bytes] = field(default_factory=list)
+
+
+class Storage:
+    """An open bag: its topics, and the raw messages of those asked for."""
+
+    def __init__(self, path: Path, readers: list[Reader], unpack: Callable[[bytes], bytes] | None) -> None:
+        self.path = path
+        self._readers = readers
+        self._unpack = unpack
+        self.topics: dict[str, RawTopic] = {}
+        for reader in readers:
+            for connection in reader.connections:
+                self._add_topic(connection)
+
+    def _add_topic(self, connection: Connection) -> None:
+        known = self.topics.get(connection.topic)
+        if known is None:
+            self.topics[connection.topic] = RawTopic(
+                connection.topic, connection.msgtype, connection.msgdef.data, connection.msgcount
+            )
+        else:
+            known.count += connection.msgcount
+
+    def read(self, names: list[str]) -> dict[str, RawTopic]:
+        """Messages of the topics `names`, in order of reception within each storage file.
+
+        Raises:
+            BagError: the storage is damaged.
+        """
+        wanted = {name: self.topics[name] for name in names}
+        for reader in self._readers:
+            connections = [c for c in reader.connections if c.topic in wanted]
+            if not connections:
+                continue
+            try:
+                self._read_file(reader, connections, wanted)
+            except Exception as error:  # each storage library has its own classes; the user needs the one line
+                raise BagError(f"{reader.path}: damaged, cannot be read to its end ({_one_line(error)})") from error
+        return wanted
+
+    def _read_file(self, reader: Reader, connections: list[Connection], wanted: dict[str, RawTopic]) -> None:
+        sinks = {c.topic: (wanted[c.topic].received_ns.append, wanted[c.topic].payloads.append) for c in connections}
+        unpack = self._unpack
+        for connection, received, payload in reader.messages(connections):
+            add_time, add_payload = sinks[connection.topic]
+            add_time(received)
+            add_payload(unpack(payload) if unpack else payload)
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+@contextmanager
+def open_storage(path: Path) -> Iterator[Storage]:
+    """Open a bag: its folder, or a bare `.mcap` or `.db3` file.
+
+    Raises:
+        BagError: not a bag, empty, not closed by its recorder, damaged.
+    """
+    with ExitStack() as stack:
+        files, mode = _files(path)
+        if mode == "file":
+            folder = Path(stack.enter_context(TemporaryDirectory()))
+            files = [_decompressed(file, folder) for file in files]
+        readers = [stack.enter_context(_open_file(file)) for file in files]
+        yield Storage(path, readers, zstd.decompress if mode == "message" else None)
+
+
+def _files(path: Path) -> tuple[list[Path], str]:
+    """Storage files of a bag and its compression mode ("", "file" or "message")."""
+    if not path.exists():
+        raise BagError(f"{path}: no such bag")
+    if path.is_file():
+        if path.suffix not in _SUFFIXES:
+            raise BagError(f"{path}: not a bag; give a rosbag2 folder, or an .mcap or .db3 file")
+        return [path], _metadata(path.parent)[1] if _listed(path) else ""
+    path = _bag_folder(path)
+    names, mode = _metadata(path)
+    files = [path / name for name in names]
+    if not files:
+        files = sorted(file for file in path.iterdir() if file.suffix in _SUFFIXES)
+    if not files:
+        raise BagError(f"{path}: metadata.yaml names no file and there is no .mcap or .db3 file; record again")
+    missing = [file.name for file in files if not file.exists()]
+    if missing:
+        raise BagError(f"{path}: {missing[0]}, named in metadata.yaml, is missing; copy the whole folder")
+    return files, mode
+
+
+def _bag_folder(path: Path) -> Path:
+    """The folder itself, or the only bag in it."""
+    if _is_bag(path):
+        return path
+    inner = sorted(folder for folder in path.iterdir() if folder.is_dir() and _is_bag(folder))
+    if len(inner) > 1:
+        names = ", ".join(folder.name for folder in inner[:6])
+        raise BagError(
+            f"{path}: holds {len(inner)} bags, give them one by one ({names}{' ...' if len(inner) > 6 else ''})"
+        )
+    if not inner:
+        raise BagError(f"{path}: not a bag (no metadata.yaml, no .mcap or .db3 file in it)")
+    return inner[0]
+
+
+def _is_bag(folder: Path) -> bool:
+    return (folder / "metadata.yaml").exists() or any(file.suffix in _SUFFIXES for file in folder.iterdir())
+
+
+def _listed(file: Path) -> bool:
+    return file.name in _metadata(file.parent)[0]
+
+
+def _metadata(folder: Path) -> tuple[list[str], str]:
+    """File names and compression mode of `metadata.yaml`; ([], "") where there is none."""
+    file = folder / "metadata.yaml"
+    if not file.exists():
+        return [], ""
+    try:
+        content: Any = yaml.safe_load(file.read_text(encoding="utf-8"))
+        info = content["rosbag2_bagfile_information"]
+        names = [PurePath(name).name for name in info["relative_file_paths"]]
+        mode = str(info.get("compression_mode") or "").lower()
+        codec = str(info.get("compression_format") or "")
+    except (OSError, ValueError, yaml.YAMLError, KeyError, TypeError) as error:
+        raise BagError(
+            f"{file}: not a rosbag2 metadata file ({_one_line(error)}); delete it to read without"
+        ) from error
+    mode = "" if mode == "none" else mode
+    if mode and codec != "zstd":
+        raise BagError(f"{file}: compression {codec!r} is not known; convert the bag with `ros2 bag convert`")
+    return names, mode
+
+
+def _decompressed(file: Path, folder: Path) -> Path:
+    target = folder / file.stem  # <bag>_0.mcap.zstd -> <bag>_0.mcap
+    try:
+        with zstd.open(file, "rb") as source, target.open("wb") as sink:
+            shutil.copyfileobj(source, sink)
+    except (OSError, EOFError, zstd.ZstdError) as error:
+        raise BagError(f"{file}: zstd compression is damaged ({_one_line(error)})") from error
+    return target
+
+
+@contextmanager
+def _open_file(file: Path) -> Iterator[Reader]:
+    if file.stat().st_size == 0:
+        raise BagError(f"{file}: empty file, its recorder was killed before it wrote anything; record again")
+    reader = Reader(file)
+    try:
+        reader.open()
+    except Exception as error:  # storage libraries raise their own classes (apsw, struct, KeyError ...)
+        reason = _one_line(error)
+        if "end magic" in reason or "footer" in reason:
+            fix = f"the recorder was killed; recover it with `ros2 bag reindex -s mcap {file.parent}`"
+            raise BagError(f"{file}: not closed ({reason}): {fix}") from error
+        raise BagError(f"{file}: cannot be opened as a bag ({reason})") from error
+    try:
+        yield reader
+    finally:
+        reader.close()
