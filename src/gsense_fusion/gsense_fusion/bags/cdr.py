@@ -1,9 +1,9 @@
 """Whole topics decoded at once.
 
-Every message of these types has the same bytes at the same places as long as its strings and sequences keep their lengths,
-which they do within a topic. So the layout is taken from the first message, checked against all others (the bytes that carry
-lengths must be equal), and numpy reads the joined payloads as one structured array. Where the check fails, `rosbags`'
-deserializer reads message by message.
+Every message of these types has the same bytes at the same places as long as its strings and sequences keep their
+lengths, which they do within a topic. So the layout is taken from the first message, checked against all others (the
+bytes that carry lengths must be equal), and numpy reads the joined payloads as one structured array. Where the check
+fails, `rosbags`' deserializer reads message by message.
 
 CDR (OMG DDS-XTypes, plain CDR version 1): 4 bytes of encapsulation, whose second byte is 1 for little-endian; then each
 primitive aligned to its own size, counted from behind the encapsulation; strings as u32 length with the closing NUL.
@@ -263,7 +263,7 @@ def decode_link(payloads: list[bytes], definition: str) -> list[Any]:
     """
     store = get_typestore(Stores.ROS2_JAZZY)
     try:
-        types = get_types_from_msg(definition.split("=" * 80)[0] or _LINK_DEFINITION, LINK_STATUS)
+        types = get_types_from_msg(definition.split("=" * 80, maxsplit=1)[0] or _LINK_DEFINITION, LINK_STATUS)
         store.register({LINK_STATUS: types[LINK_STATUS]})
         return [store.deserialize_cdr(payload, LINK_STATUS) for payload in payloads]
     except Exception as error:

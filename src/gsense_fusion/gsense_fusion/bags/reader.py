@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +22,7 @@ from .run import (
     ScalarSeries,
 )
 from .storage import BagError, RawTopic, open_storage
-from .topics import Names, find_names
+from .topics import find_names
 
 _NO_AXIS_VARIANCE = 1e6
 
@@ -31,8 +32,8 @@ def load_run(path: Path | str, sensor: str) -> Run:
 
     Args:
         path: rosbag2 folder, or a bare `.mcap` or `.db3` file; MCAP or SQLite3, compressed or not, any recorder.
-        sensor: a sensor's name (`mpu6050`: the topic that ends in `mpu6050/imu/data_raw`, under any namespace) or a whole
-            topic (`/imu`).
+        sensor: a sensor's name (`mpu6050`: the topic that ends in `mpu6050/imu/data_raw`, under any namespace) or a
+            whole topic (`/imu`).
 
     Returns:
         The run; what the bag lacks is None, and what was odd is in `notes`.
@@ -87,6 +88,7 @@ class _Loader:
         table = self._table(name)
         if table is None:
             raise BagError(f"{self.path}: {name} has no messages; was the sensor on when this was recorded?")
+        table = self._finite(name, table)
         rate = _reported(table, "angular_velocity")
         force = _reported(table, "linear_acceleration")
         absent = np.diagonal(table.column("angular_velocity_covariance").reshape(-1, 3, 3), axis1=1, axis2=2)
@@ -169,6 +171,20 @@ class _Loader:
         columns = {key: value[index] for key, value in table.columns.items()}
         return _Table(stamp[index], table.received_ns[index], columns)
 
+    def _finite(self, name: str, table: _Table) -> _Table:
+        """Without the samples that are not numbers in a field that they report."""
+        good = np.ones(len(table.stamp_ns), dtype=bool)
+        for quantity in ("angular_velocity", "linear_acceleration"):
+            absent = table.column(f"{quantity}_covariance")[:, 0] == -1.0
+            good &= absent | np.isfinite(table.column(quantity)).all(axis=1)
+        if good.all():
+            return table
+        if not good.any():
+            raise BagError(f"{self.path}: {name} holds no sample that is a number; check the sensor")
+        self.notes.append(f"{name}: {int(np.sum(~good))} samples that are not numbers dropped")
+        columns = {key: value[good] for key, value in table.columns.items()}
+        return _Table(table.stamp_ns[good], table.received_ns[good], columns)
+
     def _same_time(self, name: str | None, table: _Table | None, imu: ImuSeries) -> _Table | None:
         """The table, or None with a note where it shares no time with the IMU (another clock)."""
         if table is None:
@@ -186,10 +202,10 @@ def _reported(table: _Table, name: str) -> NDArray[np.float64]:
 
 
 def _link_counts(messages: list[Any]) -> LinkCounts:
-    """Differences summed message by message, so that a restart of the driver (counters from zero) loses nothing before it."""
+    """Differences summed message by message: a restart of the driver (counters from zero) loses nothing before it."""
     names = ("received", "lost", "corrupt", "duplicate", "reordered", "restarts")
     totals = dict.fromkeys(names, 0)
-    for before, after in zip(messages[:-1], messages[1:], strict=True):
+    for before, after in pairwise(messages):
         restarted = after.received < before.received
         for name in names:
             totals[name] += int(getattr(after, name)) - (0 if restarted else int(getattr(before, name)))

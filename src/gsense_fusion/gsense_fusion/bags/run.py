@@ -1,6 +1,7 @@
 """What one bag holds, as arrays: the form in which every analysis sees a run.
 
-All times are integers, nanoseconds of the clock that stamped the headers. Series are sorted by `stamp_ns`, strictly increasing.
+All times are integers, nanoseconds of the clock that stamped the headers. Series are sorted by `stamp_ns`, which
+increases strictly.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ class ImuSeries:
     @property
     def seconds(self) -> FloatArray:
         """Time since the first sample in s, shape (n,)."""
-        return (self.stamp_ns - self.stamp_ns[0]) * 1e-9
+        return np.asarray((self.stamp_ns - self.stamp_ns[0]) * 1e-9, dtype=np.float64)
 
     @property
     def rate_hz(self) -> float:

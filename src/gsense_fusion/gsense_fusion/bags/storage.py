@@ -1,7 +1,7 @@
 """Raw messages out of rosbag2 storage, whoever wrote it.
 
-The storage files are read themselves, and `metadata.yaml` only for their names and the compression: `rosbags` matches the
-metadata's QoS against the storage's and silently yields nothing from a bag that `ros2 bag reindex` rewrote.
+The storage files are read themselves, and `metadata.yaml` only for their names and the compression: `rosbags` matches
+the metadata's QoS against the storage's and silently yields nothing from a bag that `ros2 bag reindex` rewrote.
 """
 
 from __future__ import annotations

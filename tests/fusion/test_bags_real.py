@@ -1,0 +1,68 @@
+"""Bags that others recorded: Jazzy's recorder, an older one, converted recordings."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsense_fusion.bags import BagError, load_run
+
+from .bag_data import recordings
+
+
+@pytest.mark.parametrize(
+    ("name", "imu", "pose", "mag"),
+    [
+        ("mcap", 1940, 1939, 194),
+        ("sqlite3", 2428, 2427, 243),
+        ("reindexed_mcap", 1940, 1939, 194),
+        ("reindexed_sqlite3", 2428, 2427, 243),
+        ("killed_sqlite3", 1036, 1036, 105),
+    ],
+)
+def test_jazzy_recorder(name: str, imu: int, pose: int, mag: int) -> None:
+    run = load_run(recordings("rosbag2_jazzy", name), "mpu6050")
+    assert run.pose is not None
+    assert run.mag is not None
+    assert (len(run.imu), len(run.pose.stamp_ns), len(run.mag.stamp_ns)) == (imu, pose, mag)
+    assert run.imu.rate_hz == pytest.approx(200.0, abs=0.5)
+    assert np.median(run.imu.received_ns - run.imu.stamp_ns) < 5e6
+
+
+def test_lossy_recording_shows_its_gap() -> None:
+    run = load_run(recordings("rosbag2_jazzy", "lossy_mcap"), "mpu6050")
+    assert np.max(np.diff(run.imu.stamp_ns)) > 100e6
+
+
+def test_killed_recorder_is_named_with_the_remedy() -> None:
+    with pytest.raises(BagError, match="ros2 bag reindex"):
+        load_run(recordings("rosbag2_jazzy", "killed_mcap"), "mpu6050")
+    with pytest.raises(BagError, match="empty file"):
+        load_run(recordings("rosbag2_jazzy", "killed_early_mcap"), "mpu6050")
+
+
+def test_humble_bag() -> None:
+    run = load_run(recordings("rosbag2_multipose"), "/imu")
+    assert len(run.imu) == 17589
+    norm = np.linalg.norm(run.imu.specific_force, axis=1)
+    assert np.median(norm) == pytest.approx(9.8, abs=0.3)
+
+
+def test_session_from_another_simulator() -> None:
+    run = load_run(recordings("rail_sessions", "session_a", "run_00"), "mpu6050")
+    assert run.pose
+    assert run.joint
+    assert run.temperature
+    assert run.battery
+    assert (len(run.imu), len(run.pose.stamp_ns), len(run.joint.stamp_ns)) == (6400, 6400, 6400)
+    assert len(run.temperature.stamp_ns) == len(run.battery.stamp_ns) == 640
+    np.testing.assert_allclose(run.joint.position, run.pose.position, atol=1e-3)
+
+
+def test_optical_reference() -> None:
+    run = load_run(recordings("broad", "10_undisturbed_slow_translation_A"), "broad")
+    assert run.mag is not None
+    assert run.reference is not None
+    assert (len(run.imu), len(run.reference.stamp_ns)) == (55409, 55367)
+    np.testing.assert_allclose(np.linalg.norm(run.reference.orientation, axis=1), 1.0, atol=1e-6)
+    assert 2e-5 < np.median(np.linalg.norm(run.mag.field, axis=1)) < 8e-5  # tesla
