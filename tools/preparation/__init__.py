@@ -1,0 +1,1 @@
+"""Set-up of gsense's environment and workspace (standard library only)."""

@@ -1,0 +1,80 @@
+"""Makes runtime.txt, jazzy.txt and dev.txt (every package, transitive ones too, at one exact version) from the .in files.
+
+Usage: python3 lock.py PYTHON [PYTHON ...]     one interpreter of each supported version, 3.10 to 3.13
+
+Each interpreter's own pip resolves the .in files; where the answers differ the line carries a marker.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+HEADER = "# Made by lock.py from {source}; installed with --no-deps.\n"
+JAZZY_PYTHON = "3.12"  # Ubuntu 24.04's
+Pins = dict[str, str]  # normalised name -> exact version
+
+
+def resolve(python: str, *sources: str) -> Pins:
+    """Ask the pip of a fresh environment of `python` what it would install."""
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run([python, "-m", "venv", folder], check=True)
+        report = Path(folder) / "report.json"
+        files = [part for source in sources for part in ("-r", str(HERE / source))]
+        pip = [f"{folder}/bin/python", "-m", "pip", "install", "--quiet", "--dry-run", "--ignore-installed"]
+        subprocess.run([*pip, "--report", str(report), *files], check=True)
+        installs = json.loads(report.read_text(encoding="utf-8"))["install"]
+    return {item["metadata"]["name"].lower().replace("_", "-"): item["metadata"]["version"] for item in installs}
+
+
+def version_of(python: str) -> str:
+    """Version of an interpreter as MAJOR.MINOR."""
+    code = "import sys; print('%d.%d' % sys.version_info[:2])"
+    return subprocess.run([python, "-c", code], check=True, capture_output=True, text=True).stdout.strip()
+
+
+def lines(answers: dict[str, Pins]) -> list[str]:
+    """Merge the answers (Python version -> pins) into requirement lines."""
+    merged = []
+    for name in sorted({name for pins in answers.values() for name in pins}):
+        by_version: dict[str, list[str]] = {}
+        for python, pins in answers.items():
+            if name in pins:
+                by_version.setdefault(pins[name], []).append(python)
+        for version, pythons in by_version.items():
+            everywhere = len(pythons) == len(answers)
+            marker = "" if everywhere else " ; " + " or ".join(f'python_version == "{python}"' for python in pythons)
+            merged.append(f"{name}=={version}{marker}\n")
+    return merged
+
+
+def main() -> None:
+    """Resolve for every interpreter named on the command line and write the files."""
+    runtime: dict[str, Pins] = {}
+    both: dict[str, Pins] = {}
+    jazzy: dict[str, Pins] = {}
+    for python in sys.argv[1:]:
+        version = version_of(python)
+        print(f"resolving for Python {version}", file=sys.stderr)
+        runtime[version] = resolve(python, "runtime.in")
+        both[version] = resolve(python, "runtime.in", "dev.in")
+        if version == JAZZY_PYTHON:
+            jazzy[version] = resolve(python, "jazzy.in")
+        moved = {name for name, pin in runtime[version].items() if both[version][name] != pin}
+        if moved:
+            sys.exit(f"dev.in moves runtime pins: {', '.join(sorted(moved))}: limit them in runtime.in")
+    dev = {
+        python: {name: pin for name, pin in pins.items() if name not in runtime[python]}
+        for python, pins in both.items()
+    }
+    for name, answers in (("runtime", runtime), ("jazzy", jazzy), ("dev", dev)):
+        text = HEADER.format(source=f"{name}.in") + "".join(lines(answers))
+        (HERE / f"{name}.txt").write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
