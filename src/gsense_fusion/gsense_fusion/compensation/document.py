@@ -1,0 +1,130 @@
+"""Checked reading of a YAML document, and whole-or-nothing writing."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from math import isfinite
+from pathlib import Path
+from tempfile import NamedTemporaryFile
+from typing import Any
+
+Vector = tuple[float, float, float]
+
+
+class Section:
+    """A mapping of the document: every key is asked for by kind, and what nobody asked for is an error.
+
+    All methods raise ValueError with the path of the key.
+    """
+
+    def __init__(self, path: str, content: Any) -> None:
+        if not isinstance(content, dict):
+            raise ValueError(f"{path.rstrip('.') or 'the document'}: a mapping is needed, not {_kind(content)}")  # noqa: TRY004
+        self.path = path
+        self._content: dict[Any, Any] = content
+        self._asked: set[Any] = set()
+
+    def has(self, key: str) -> bool:
+        """Whether the key is there and not null."""
+        self._asked.add(key)
+        return self._content.get(key) is not None
+
+    def _get(self, key: str) -> Any:
+        if not self.has(key):
+            raise ValueError(f"{self.path}{key}: missing")
+        return self._content[key]
+
+    def text(self, key: str) -> str:
+        """A text that is not empty."""
+        value = self._get(key)
+        if not isinstance(value, str) or not value:
+            raise ValueError(f"{self.path}{key}: a text is needed, not {value!r}")
+        return value
+
+    def optional_text(self, key: str) -> str | None:
+        """A text, or None where the key is null or absent."""
+        return self.text(key) if self.has(key) else None
+
+    def number(self, key: str, default: float | None = None) -> float:
+        """A finite number."""
+        if default is not None and not self.has(key):
+            return default
+        return _number(self._get(key), f"{self.path}{key}")
+
+    def vector(self, key: str) -> Vector:
+        """Three numbers."""
+        return _vector(self._get(key), f"{self.path}{key}")
+
+    def matrix(self, key: str) -> tuple[Vector, Vector, Vector]:
+        """Three rows of three numbers."""
+        rows = self._get(key)
+        where = f"{self.path}{key}"
+        if not isinstance(rows, list) or len(rows) != 3:
+            raise ValueError(f"{where}: three rows of three numbers are needed")
+        return (_vector(rows[0], where), _vector(rows[1], where), _vector(rows[2], where))
+
+    def unit(self, expected: str) -> None:
+        """The key `unit`, where it is there, is this one."""
+        if self.has("unit") and self._content["unit"] != expected:
+            raise ValueError(f"{self.path}unit: {self._content['unit']!r}, must be {expected!r}")
+
+    def section(self, key: str) -> Section:
+        """A mapping inside."""
+        return Section(f"{self.path}{key}.", self._get(key))
+
+    def sections(self, key: str) -> list[Section]:
+        """A list of mappings; empty where the key is absent or null."""
+        if not self.has(key):
+            return []
+        items = self._content[key]
+        if not isinstance(items, list):
+            raise ValueError(f"{self.path}{key}: a list is needed, not {_kind(items)}")  # noqa: TRY004
+        return [Section(f"{self.path}{key}[{i}].", item) for i, item in enumerate(items)]
+
+    def other_keys(self) -> list[str]:
+        """Keys that nobody has asked for yet, in order."""
+        return [str(key) for key in self._content if key not in self._asked]
+
+    def no_others(self) -> None:
+        """There is no key that nobody has asked for (a typing mistake would be ignored silently)."""
+        others = self.other_keys()
+        if others:
+            raise ValueError(f"{self.path}{others[0]}: not a key of this schema")
+
+
+def _number(value: Any, where: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+        hint = " (YAML reads 1e-5 as a text: write 1.0e-5)" if isinstance(value, str) else ""
+        raise ValueError(f"{where}: a finite number is needed, not {value!r}{hint}")
+    return float(value)
+
+
+def _vector(value: Any, where: str) -> Vector:
+    if not isinstance(value, list) or len(value) != 3:
+        raise ValueError(f"{where}: three numbers are needed, not {value!r}")
+    return (_number(value[0], where), _number(value[1], where), _number(value[2], where))
+
+
+def _kind(value: Any) -> str:
+    return "nothing" if value is None else f"a {type(value).__name__}"
+
+
+def write_atomically(path: Path, text: str) -> None:
+    """Write to a temporary name in the same folder, then rename: readers see the old file or the whole new one.
+
+    Raises:
+        OSError: the folder is not there or not writable.
+    """
+    with NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8") as sink:
+        temporary = Path(sink.name)
+        try:
+            sink.write(text)
+            sink.flush()
+            os.fsync(sink.fileno())
+            temporary.chmod(0o644)
+            temporary.replace(path)
+        except BaseException:
+            with suppress(OSError):
+                temporary.unlink()
+            raise
