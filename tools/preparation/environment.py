@@ -152,7 +152,7 @@ def repair_wheels(checkout: Checkout) -> None:
         if repaired != text:
             new = file.with_suffix(".new")
             new.write_text(repaired, encoding="utf-8")
-            os.replace(new, file)
+            new.replace(file)
 
 
 def write_description(checkout: Checkout, found: ros.Ros) -> None:
@@ -182,7 +182,7 @@ def write_description(checkout: Checkout, found: ros.Ros) -> None:
     lines += [f"export VIRTUAL_ENV={env}", f"export PATH={env}/bin:$PATH", "unset PYTHONHOME"]
     new = checkout.rig / "env.sh.new"
     new.write_text("\n".join(lines) + "\n", encoding="utf-8")
-    os.replace(new, checkout.rig / "env.sh")
+    new.replace(checkout.rig / "env.sh")
 
 
 def _verify(checkout: Checkout) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import fcntl
 import hashlib
-import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -34,7 +33,7 @@ def write(folder: Path, name: str, text: str) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     new = folder / f".{name}.new"
     new.write_text(text, encoding="utf-8")
-    os.replace(new, folder / name)
+    new.replace(folder / name)
 
 
 def remove(folder: Path, name: str) -> None:

@@ -44,9 +44,7 @@ def has_header(name: str) -> bool:
         return True
     if not shutil.which("gcc"):
         return False
-    probe = subprocess.run(
-        ["gcc", "-E", "-include", name, "-x", "c", "/dev/null"], capture_output=True, check=False
-    )
+    probe = subprocess.run(["gcc", "-E", "-include", name, "-x", "c", "/dev/null"], capture_output=True, check=False)
     return probe.returncode == 0
 
 

@@ -6,7 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
-import xml.etree.ElementTree as ElementTree
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -42,8 +42,8 @@ def packages(checkout: Checkout) -> list[Package]:
     found = []
     for manifest in sorted([*checkout.root.glob("src/*/package.xml"), *checkout.root.glob("firmware/package.xml")]):
         try:
-            tree = ElementTree.parse(manifest)  # noqa: S314: our own file
-        except ElementTree.ParseError as error:
+            tree = ET.parse(manifest)  # noqa: S314 (our own file)
+        except ET.ParseError as error:
             raise SetupError(f"{manifest}: {error}") from error
         name = tree.findtext("name", default=manifest.parent.name)
         build_type = tree.findtext("export/build_type", default="ament_cmake")

@@ -1,4 +1,4 @@
-"""Makes runtime.txt, jazzy.txt and dev.txt (every package, transitive ones too, at one exact version) from the .in files.
+"""Makes runtime.txt, jazzy.txt and dev.txt (each package, transitive ones too, at one version) from the .in files.
 
 Usage: python3 lock.py PYTHON [PYTHON ...]     one interpreter of each supported version, 3.10 to 3.13
 
