@@ -1,0 +1,280 @@
+"""The node `bridge`: serial port in, topics out. Lifecycle node that configures and activates itself (`autostart`)."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+import time
+from typing import Any
+
+import rclpy
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+from gsense_driver.errors import SettingError
+from gsense_driver.messages import Messages
+from gsense_driver.port import Connection, SerialPort
+from gsense_driver.report import Reporter
+from gsense_driver.settings import (
+    LIVE,
+    PARAMETERS,
+    TRANSPORT_DELAY,
+    TRANSPORT_DELAY_TEXT,
+    Parameter,
+    Settings,
+    default_transport_delay,
+    make_settings,
+)
+from gsense_driver.pipeline import Pipeline
+from gsense_driver.scaling import Scales
+
+_STEP_NS = 1_000_000  # a wall clock that moves by more against the steady one was set; smaller is its slewing
+_REPORT_PERIOD_S = 1.0
+
+
+class Bridge(LifecycleNode):
+    """Wires port, pipeline and publishers; the logic is in the pure modules."""
+
+    def __init__(self) -> None:
+        super().__init__("bridge", enable_logger_service=False)
+        self._declare()
+        self._settings: Settings | None = None
+        self._messages: Messages | None = None
+        self._pipeline: Pipeline | None = None
+        self._connection: Connection | None = None
+        self._reporter: Reporter | None = None
+        self._timer: Any = None
+        self._thread: threading.Thread | None = None
+        self._stop = threading.Event()
+        self._reconfigure = threading.Event()
+        self._scales: Scales | None = None
+        self.add_on_set_parameters_callback(self._on_parameters)
+
+    # Parameters
+
+    def _declare(self) -> None:
+        for parameter in PARAMETERS:
+            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
+        port, baud = self.get_parameter("port").value, self.get_parameter("baud").value
+        delay = default_transport_delay(os.path.realpath(port) if "://" not in port else port, baud)
+        text = ParameterDescriptor(
+            description=TRANSPORT_DELAY_TEXT,
+            floating_point_range=[FloatingPointRange(from_value=0.0, to_value=0.1)],
+        )
+        self.declare_parameter(TRANSPORT_DELAY, delay, text)
+        autostart = ParameterDescriptor(description="configure and activate without being asked", read_only=True)
+        self.declare_parameter("autostart", True, autostart)
+
+    def _values(self) -> dict[str, Any]:
+        names = [parameter.name for parameter in PARAMETERS] + [TRANSPORT_DELAY]
+        return {name: self.get_parameter(name).value for name in names}
+
+    def _on_parameters(self, parameters: list[Any]) -> SetParametersResult:
+        values = self._values()
+        for parameter in parameters:
+            if parameter.name not in values:
+                continue
+            if self._settings is not None and parameter.name not in LIVE:
+                reason = f"{parameter.name} takes effect at configuring: deactivate and clean the node up first"
+                return SetParametersResult(successful=False, reason=reason)
+            values[parameter.name] = parameter.value
+        try:
+            settings = make_settings(values)
+        except SettingError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        if self._settings is not None:
+            self._settings = settings
+            self._reconfigure.set()  # the reading thread takes it up: it owns the pipeline
+        return SetParametersResult(successful=True)
+
+    # Lifecycle
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Check the parameters, make publishers and pipeline."""
+        del state
+        try:
+            settings = make_settings(self._values())
+        except SettingError as error:
+            self.get_logger().error(str(error))
+            return TransitionCallbackReturn.FAILURE
+        self._settings = settings
+        if self._messages is None:
+            self._messages = Messages(self)
+        self._pipeline = Pipeline(settings.pipeline, _wall_offset_ns())
+        self._connection = Connection(lambda: SerialPort(settings.port, settings.baud), self._stop.wait, self._say)
+        self._reporter = Reporter(self._pipeline, self._connection)
+        self._reconfigure.set()
+        self._timer = self.create_timer(_REPORT_PERIOD_S, self._report)
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Start to read and to publish."""
+        result = super().on_activate(state)
+        self._stop.clear()
+        self._thread = threading.Thread(target=self._read, name="serial", daemon=True)
+        self._thread.start()
+        return result
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop reading and close the port."""
+        self.stop_reading()
+        return super().on_deactivate(state)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Forget the settings, so that every parameter may change."""
+        del state
+        self._drop()
+        return TransitionCallbackReturn.SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Stop reading, whatever the state."""
+        del state
+        self.stop_reading()
+        self._drop()
+        return TransitionCallbackReturn.SUCCESS
+
+    def stop_reading(self) -> None:
+        """End the reading thread and close the port."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join(timeout=2.0)
+            self._thread = None
+        if self._connection is not None:
+            self._connection.close()
+
+    def _drop(self) -> None:
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
+        self._settings = None
+
+    # Work
+
+    def _read(self) -> None:
+        """Body of the reading thread: bytes in, messages out."""
+        try:
+            while not self._stop.is_set():
+                self._read_once()
+        except Exception as error:  # noqa: BLE001 - a thread that dies unseen would leave a silent node
+            if not self._stop.is_set() and rclpy.ok():
+                self.get_logger().fatal(f"reading stopped by an error of the driver itself: {error!r}")
+                raise
+
+    def _read_once(self) -> None:
+        connection, pipeline, messages = self._connection, self._pipeline, self._messages
+        assert connection is not None
+        assert pipeline is not None
+        assert messages is not None
+        data = connection.read()
+        arrival_ns = time.monotonic_ns()
+        if data is None:
+            pipeline.reopened()
+        elif data:
+            for reading in pipeline.feed(data, arrival_ns):
+                messages.publish(reading)
+        if self._reconfigure.is_set() or pipeline.sampler.scales is not self._scales:
+            self._take_settings(pipeline, messages)
+
+    def _take_settings(self, pipeline: Pipeline, messages: Messages) -> None:
+        self._reconfigure.clear()
+        settings = self._settings
+        if settings is None:
+            return
+        pipeline.configure(settings.pipeline)
+        self._scales = pipeline.sampler.scales
+        messages.configure(settings, self._scales)
+
+    def _report(self) -> None:
+        """Once a second: wall clock, `link`, `/diagnostics`."""
+        pipeline, messages, reporter, settings = self._pipeline, self._messages, self._reporter, self._settings
+        if pipeline is None or messages is None or reporter is None or settings is None:
+            return
+        offset = _wall_offset_ns()
+        if abs(offset - pipeline.wall_offset_ns) > _STEP_NS:
+            step_ms = (offset - pipeline.wall_offset_ns) * 1e-6
+            self.get_logger().warning(f"the host's clock was set by {step_ms:+.1f} ms; stamps follow it")
+            pipeline.wall_offset_ns = offset
+        figures = reporter.figures(settings, time.monotonic_ns())
+        now_ns = self.get_clock().now().nanoseconds
+        messages.publish_link(now_ns, figures.counts, reporter.link_fields(figures), settings.unit_id)
+        prefix = self.get_fully_qualified_name().lstrip("/")
+        messages.publish_health(now_ns, prefix, settings.unit_id or "none", reporter.health(figures))
+
+    def _say(self, line: str, warning: bool) -> None:
+        settings = self._settings
+        text = f"{settings.port if settings else ''}: {line}"
+        if warning:
+            self.get_logger().warning(text)
+        else:
+            self.get_logger().info(text)
+
+
+def _descriptor(parameter: Parameter) -> ParameterDescriptor:
+    descriptor = ParameterDescriptor(description=parameter.description)
+    if parameter.choices:
+        descriptor.additional_constraints = "one of " + ", ".join(str(choice) for choice in parameter.choices)
+    if parameter.low is not None and parameter.high is not None:
+        if isinstance(parameter.default, int):
+            low, high = int(parameter.low), int(parameter.high)
+            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
+        else:
+            low_high = FloatingPointRange(from_value=parameter.low, to_value=parameter.high)
+            descriptor.floating_point_range = [low_high]
+    return descriptor
+
+
+def _wall_offset_ns() -> int:
+    """Wall clock minus steady clock; of three readings the one that was interrupted least."""
+    best: tuple[int, int] | None = None
+    for _ in range(3):
+        before = time.monotonic_ns()
+        wall = time.time_ns()
+        after = time.monotonic_ns()
+        if best is None or after - before < best[0]:
+            best = (after - before, wall - (before + after) // 2)
+    assert best is not None
+    return best[1]
+
+
+def make_executor() -> Any:
+    """EventsExecutor where this rclpy has it (less CPU and latency), else SingleThreadedExecutor."""
+    try:
+        from rclpy.experimental import EventsExecutor  # noqa: PLC0415 - not in every Jazzy
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def main(args: list[str] | None = None) -> int:
+    """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
+    rclpy.init(args=args)
+    node: Bridge | None = None
+    try:
+        node = Bridge()
+        if node.get_parameter("autostart").value and not _start(node):
+            return 2
+        executor = make_executor()
+        executor.add_node(node)
+        executor.spin()
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    except rclpy.exceptions.ParameterException as error:
+        print(f"bridge: {error}", file=sys.stderr)  # noqa: T201 - there is no node to log by
+        return 2
+    finally:
+        if node is not None:
+            node.stop_reading()
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _start(node: Bridge) -> bool:
+    done = TransitionCallbackReturn.SUCCESS
+    return bool(node.trigger_configure() == done and node.trigger_activate() == done)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
