@@ -1,0 +1,103 @@
+"""`index.yaml` of a campaign: each run's bag, plan entry, role, checksum and state. It does not tell seed and effects."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from gsense_rig.campaign.plan import Plan, PlanRun
+from gsense_rig.recording.bag import storage_file
+
+SCHEMA = "gsense-index/1"
+INDEX = "index.yaml"
+PENDING, DONE = "pending", "done"
+
+
+class CampaignIndexError(ValueError):
+    """An index that cannot be used; the message is one line."""
+
+
+@dataclass(frozen=True)
+class IndexEntry:
+    """One run."""
+
+    bag: str
+    plan: PlanRun
+    checksum: str | None = None
+    """`sha256:...` of the bag's storage file."""
+    state: str = PENDING
+
+
+@dataclass(frozen=True)
+class Index:
+    """All runs of a campaign, in order."""
+
+    plan: str
+    unit_id: str
+    runs: tuple[IndexEntry, ...]
+
+    @classmethod
+    def of_plan(cls, plan: Plan, unit_id: str) -> Index:
+        """Nothing done yet."""
+        return cls(plan.name, unit_id, tuple(IndexEntry(f"run_{i:02d}", run) for i, run in enumerate(plan.runs)))
+
+    def with_done(self, number: int, checksum: str) -> Index:
+        """The same with one more run done."""
+        runs = list(self.runs)
+        runs[number] = replace(runs[number], checksum=checksum, state=DONE)
+        return replace(self, runs=tuple(runs))
+
+    def same_plan(self, other: Index) -> bool:
+        """Whether both have the same runs to make of the same unit."""
+        return self.unit_id == other.unit_id and [e.plan for e in self.runs] == [e.plan for e in other.runs]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types, as in the file."""
+        runs = [
+            {"bag": e.bag, "role": e.plan.role, "state": e.state, "checksum": e.checksum, "plan": e.plan.to_dict()}
+            for e in self.runs
+        ]
+        return {"schema": SCHEMA, "plan": self.plan, "unit_id": self.unit_id, "runs": runs}
+
+    def write(self, folder: Path) -> None:
+        """Writes `folder/index.yaml` whole or not at all."""
+        write_yaml(folder / INDEX, self.to_dict())
+
+
+def read_index(folder: Path) -> Index:
+    """Reads `folder/index.yaml`; raises CampaignIndexError."""
+    path = folder / INDEX
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if data["schema"] != SCHEMA:
+            raise CampaignIndexError(f"{path}: schema {data['schema']!r} is not {SCHEMA}")
+        runs = tuple(IndexEntry(e["bag"], PlanRun(**e["plan"]), e["checksum"], e["state"]) for e in data["runs"])
+        return Index(data["plan"], data["unit_id"], runs)
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
+        raise CampaignIndexError(f"{path}: is not an index of a campaign ({type(error).__name__}: {error})") from error
+
+
+def is_intact(folder: Path, entry: IndexEntry) -> bool:
+    """Whether a run is done and its bag is still what was written."""
+    file = storage_file(folder / entry.bag)
+    return entry.state == DONE and file.is_file() and checksum(file) == entry.checksum
+
+
+def checksum(file: Path) -> str:
+    """`sha256:` and hex digits."""
+    digest = hashlib.sha256()
+    with file.open("rb") as stream:
+        for block in iter(lambda: stream.read(1 << 20), b""):
+            digest.update(block)
+    return f"sha256:{digest.hexdigest()}"
+
+
+def write_yaml(path: Path, data: dict[str, Any]) -> None:
+    """Writes under a temporary name and renames."""
+    temporary = path.with_name(path.name + ".tmp")
+    temporary.write_text(yaml.safe_dump(data, sort_keys=False, width=160), encoding="utf-8")
+    temporary.replace(path)

@@ -1,0 +1,1 @@
+"""Bags: message definitions, batch serialisation, a writer with rosbag2's names, and the recorder of the live graph."""

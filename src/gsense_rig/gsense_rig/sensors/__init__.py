@@ -1,0 +1,1 @@
+"""Physics of the simulated board's sensors, and the sensor bus that carries them to the firmware."""

@@ -1,0 +1,42 @@
+"""The signals that an effect can add to a gyro or to the carriage's attitude, by their column.
+
+Every gyro channel reads `true rate + terms[chip, axis, :] @ drivers`; the carriage is rotated against the rail by the
+rotation vector `tilt[axis, :] @ tilt_drivers`. An effect therefore only says which coefficients it sets.
+"""
+
+from enum import IntEnum
+
+
+class GyroDriver(IntEnum):
+    """Columns of `SignalModel.gyro_terms`; what multiplies the coefficient, in the sensor's axes."""
+
+    ONE = 0
+    FORCE_X = 1  # specific force, m/s^2
+    FORCE_Y = 2
+    FORCE_Z = 3
+    WARMTH = 4  # lagged die temperature minus the reference, K
+    ACCELERATION_SQUARED = 5  # of the carriage, (m/s^2)^2
+    SPEED = 6  # of the carriage along the rail, m/s
+    DIRECTION = 7  # -1 to 1: smoothed sign of the speed
+    JERK_X = 8  # rate of change of specific force, m/s^3
+    JERK_Y = 9
+    JERK_Z = 10
+    TONE = 11  # sine of fixed frequency
+    JUMP = 12  # 0 before, 1 after an instant of the session
+
+
+class TiltDriver(IntEnum):
+    """Columns of `SignalModel.tilt`."""
+
+    POSITION = 0  # m
+    POSITION_SQUARED = 1  # s^2 / 2, m^2
+    SPEED = 2  # m/s
+    ACCELERATION = 3  # m/s^2
+
+
+class Chip(IntEnum):
+    """Gyros on the board, the first index of `SignalModel.gyro_terms`."""
+
+    MPU6050 = 0
+    BNO055 = 1
+    LISY300 = 2
