@@ -1,7 +1,7 @@
 """Attitude errors: inclination, heading, total.
 
-Definitions of the BROAD benchmark (Laidig et al., Data 6(7):72, 2021): the error is the turn between estimate and truth in
-the earth frame, split into a turn about the vertical (heading) and the smallest turn that remains (inclination).
+Definitions of the BROAD benchmark (Laidig et al., Data 6(7):72, 2021): the error is the turn between estimate and truth
+in the earth frame, split into a turn about the vertical (heading) and the smallest turn that remains (inclination).
 """
 
 from __future__ import annotations

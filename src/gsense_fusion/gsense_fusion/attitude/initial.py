@@ -41,3 +41,28 @@ def _unit(vector: FloatArray, what: str) -> FloatArray:
     if not (np.isfinite(length) and length > 1e-9 * max(1.0, float(np.max(np.abs(vector))))):
         raise ValueError(f"no direction in the mean {what} {vector}")
     return np.asarray(vector / length, dtype=np.float64)
+
+
+def levelled(quaternion: FloatArray, specific_force: FloatArray) -> FloatArray:
+    """The attitude turned by the smallest turn that makes the mean specific force point up; the heading stays.
+
+    Args:
+        quaternion: body -> ENU, (w, x, y, z), shape (4,).
+        specific_force: mean at rest, m/s^2, shape (3,).
+
+    Returns:
+        Quaternion, shape (4,).
+
+    Raises:
+        ValueError: no direction of up.
+    """
+    w, x, y, z = quaternion
+    now = Rotation.from_quat([x, y, z, w])
+    up = now.apply(_unit(np.asarray(specific_force, dtype=np.float64), "specific force"))
+    axis = np.cross(up, [0.0, 0.0, 1.0])
+    length = float(np.linalg.norm(axis))
+    if length < 1e-12:
+        axis, length = np.array([1.0, 0.0, 0.0]), 1.0  # upright already, or upside down: any horizontal axis
+    angle = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
+    x, y, z, w = (Rotation.from_rotvec(axis * (angle / length)) * now).as_quat()
+    return np.array([w, x, y, z])

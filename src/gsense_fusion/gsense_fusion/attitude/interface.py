@@ -1,8 +1,8 @@
 """What every attitude filter offers.
 
-Conventions of the whole package: quaternions are (w, x, y, z), unit, and turn vectors of the sensor's axes into the earth
-frame, east-north-up (ENU, REP-103; north is magnetic north where a magnetometer is used). Specific force is +g on the axis
-that points up at rest. The angular rate handed to a filter is free of its bias.
+Conventions of the whole package: quaternions are (w, x, y, z), unit, and turn vectors of the sensor's axes into the
+earth frame, east-north-up (ENU, REP-103; north is magnetic north where a magnetometer is used). Specific force is +g on
+the axis that points up at rest. The angular rate handed to a filter is free of its bias.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ class MadgwickParameters:
     """Gains of the filter."""
 
     beta_imu: float = 0.033
-    """rad/s: how fast the attitude is pulled towards gravity. The report's optimum for IMU (a gyro error of 2.2 deg/s by
-    equation 50). Larger follows gravity faster and lets linear accelerations in; smaller trusts the gyro."""
+    """rad/s: how fast the attitude is pulled towards gravity. The report's optimum for IMU (a gyro error of 2.2 deg/s
+    by equation 50). Larger follows gravity faster and lets linear accelerations in; smaller trusts the gyro."""
     beta_marg: float = 0.041
     """rad/s: the same for gravity and magnetic field together. The report's optimum for MARG."""
 
@@ -103,7 +103,7 @@ class Madgwick:
 
 
 @njit(_SIGNATURE, cache=True)
-def _step(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, PLR0915
+def _step(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     w, x, y, z = q[0], q[1], q[2], q[3]
 
     # gyro: q turned by the rate over dt, the exact solution of eq. 12

@@ -1,9 +1,9 @@
 """Causal compensation of the angular rate: sample by sample for the live node, and the same for whole recordings.
 
-A sample at time t loses, in the order of the file, `G f(t - tau)` (tau: `gyro_delay_s`) and `c (T'(t) - T0)`, where T' is the
-newest temperature at t through a first-order lag that starts settled. What is unknown is not guessed: no temperature yet, or
-no specific force, and the term is left out. A negative tau (gyro earlier than the accelerometer) would need the future; the
-newest specific force is used then.
+A sample at time t loses, in the order of the file, `G f(t - tau)` (tau: `gyro_delay_s`) and `c (T'(t) - T0)`, where T'
+is the newest temperature at t through a first-order lag that starts settled. What is unknown is not guessed: no
+temperature yet, or no specific force, and the term is left out. A negative tau (gyro earlier than the accelerometer)
+would need the future; the newest specific force is used then.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class Compensator:
         return rate
 
     def _delayed(self, stamp_ns: int, force: FloatArray) -> FloatArray:
-        """Specific force at `stamp_ns` minus the delay, between two samples linearly; the oldest where none is so old."""
+        """Specific force at `stamp_ns` minus the delay, linear between samples; the oldest where none is so old."""
         if self._delay_ns == 0:
             return force
         forces = self.state.forces

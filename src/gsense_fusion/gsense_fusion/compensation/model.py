@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -150,7 +151,7 @@ def _temperature_bias(section: Section) -> TemperatureBias:
     return TemperatureBias(section.vector("c"), section.number("reference"), lag)
 
 
-_TERMS = {"g_sensitivity": _g_sensitivity, "temperature_bias": _temperature_bias}
+_TERMS: dict[str, Callable[[Section], Term]] = {"g_sensitivity": _g_sensitivity, "temperature_bias": _temperature_bias}
 
 
 def _reference(section: Section) -> ReferenceTerm:

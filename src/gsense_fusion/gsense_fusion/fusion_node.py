@@ -1,0 +1,207 @@
+"""`fusion`: attitude of one sensor, live, without and with g-compensation.
+
+Subscribes `<sensor>/imu/data_raw`, `<sensor>/imu/mag`, `<sensor>/temperature`; publishes `<sensor>/<filter>/imu/data`
+and, with a compensation file, `<sensor>/<filter>_gcomp/imu/data`, and `/diagnostics`. All the thinking is in
+`attitude.fusion`.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import Imu, MagneticField, Temperature
+
+from .attitude import UnknownFilterError, filter_kind
+from .attitude.fusion import Channel, Estimate, Fusion
+from .compensation import CompensationError, CompensationFile, load_compensation
+from .fusion_diagnostics import diagnostic
+
+_QOS = QoSProfile(depth=2000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
+"""Ten seconds at 200 Hz: a stall of the machine loses nothing."""
+_UNREPORTED = np.full(3, np.nan)
+
+
+class FusionNode(Node):
+    """Wires topics to `Fusion`."""
+
+    def __init__(self) -> None:
+        super().__init__("fusion")
+        self._declare()
+        self.sensor = str(self.get_parameter("sensor").value).strip("/")
+        file = self._compensation_file()
+        names = self._filter_names()
+        self.fusion = Fusion([c for name in names for c in self._channels(name, file is not None)], file)
+        self._outputs: dict[str, Any] = {
+            channel.name: self.create_publisher(Imu, f"{self.sensor}/{channel.name}/imu/data", _QOS)
+            for channel in self.fusion.channels
+        }
+        self._tilt_variance = float(self.get_parameter("inclination_stddev").value) ** 2
+        self._heading_variance = float(self.get_parameter("heading_stddev").value) ** 2
+        self._told = ""
+        self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS)
+        self.create_subscription(Temperature, f"{self.sensor}/temperature", self._on_temperature, _QOS)
+        if self._uses_mag():
+            self.create_subscription(MagneticField, f"{self.sensor}/imu/mag", self._on_mag, _QOS)
+        self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self.create_timer(1.0, self._on_second)
+        self.get_logger().info(f"{self.sensor}: {', '.join(self._outputs)}" + (f", by {self._path}" if file else ""))
+
+    def _declare(self) -> None:
+        def text(words: str, **more: Any) -> ParameterDescriptor:
+            return ParameterDescriptor(description=words, read_only=True, **more)
+
+        gain = [FloatingPointRange(from_value=0.0, to_value=10.0)]
+        deviation = [FloatingPointRange(from_value=0.0, to_value=10.0)]
+        self.declare_parameter("sensor", "mpu6050", text("name of the sensor, first part of its topics"))
+        self.declare_parameter("filter", "madgwick", text("one filter or a list of them", dynamic_typing=True))
+        self.declare_parameter("compensation_file", "", text("compensation.yaml; empty: no compensated output"))
+        self.declare_parameter(
+            "use_mag",
+            "auto",
+            text("true or false; auto: as soon as <sensor>/imu/mag has messages", dynamic_typing=True),
+        )
+        self.declare_parameter(
+            "beta",
+            0.0,
+            text(
+                "Madgwick's gain, rad/s; 0: its author's, 0.033 without and 0.041 with field", floating_point_range=gain
+            ),
+        )
+        self.declare_parameter(
+            "inclination_stddev", 0.02, text("published uncertainty of the tilt, rad", floating_point_range=deviation)
+        )
+        self.declare_parameter(
+            "heading_stddev", 0.1, text("of the heading with a magnetometer, rad", floating_point_range=deviation)
+        )
+
+    def _compensation_file(self) -> CompensationFile | None:
+        self._path = str(self.get_parameter("compensation_file").value)
+        if not self._path:
+            return None
+        file = load_compensation(Path(self._path).expanduser())
+        if file.sensor.strip("/") != self.sensor:
+            raise CompensationError(f"{self._path}: sensor: is for {file.sensor!r}, this node runs {self.sensor!r}")
+        if file.unit_id:
+            self.get_logger().info(f"{self._path} was made for unit {file.unit_id!r}")
+        return file
+
+    def _filter_names(self) -> list[str]:
+        value = self.get_parameter("filter").value
+        names = [value] if isinstance(value, str) else list(value or [])
+        if not names or not all(isinstance(name, str) for name in names):
+            raise UnknownFilterError(f"parameter filter: a name or a list of names is needed, not {value!r}")
+        return list(dict.fromkeys(names))
+
+    def _channels(self, name: str, compensated: bool) -> list[Channel]:
+        kind = filter_kind(name)
+        beta = float(self.get_parameter("beta").value)
+        more = {"beta_imu": beta, "beta_marg": beta} if name == "madgwick" and beta > 0 else {}
+        plain = Channel(name, kind.make(kind.parameters(**more)), False)
+        return [plain, Channel(f"{name}_gcomp", kind.make(kind.parameters(**more)), True)] if compensated else [plain]
+
+    def _uses_mag(self) -> bool:
+        value = self.get_parameter("use_mag").value
+        if value == "auto":
+            return True
+        if not isinstance(value, bool):
+            raise ValueError(f"parameter use_mag: true, false or auto is needed, not {value!r}")  # noqa: TRY004
+        return value
+
+    def _on_imu(self, message: Any) -> None:
+        stamp = message.header.stamp
+        rate, force = message.angular_velocity, message.linear_acceleration
+        if message.angular_velocity_covariance[0] == -1.0:
+            return
+        reported = message.linear_acceleration_covariance[0] != -1.0
+        estimates = self.fusion.add_sample(
+            stamp.sec * 1_000_000_000 + stamp.nanosec,
+            np.array([rate.x, rate.y, rate.z]),
+            np.array([force.x, force.y, force.z]) if reported else _UNREPORTED,
+            message,
+        )
+        for estimate in estimates:
+            self._outputs[estimate.channel].publish(self._message(estimate))
+        if estimates and self.fusion.status.start != self._told:
+            self._tell()
+
+    def _message(self, estimate: Estimate) -> Any:
+        source = estimate.source
+        message = Imu(header=source.header)
+        turn = message.orientation
+        turn.w, turn.x, turn.y, turn.z = estimate.quaternion.tolist()
+        tilt = self._tilt_variance
+        # without a field the heading is only counted from the start: nothing is known of it
+        heading = self._heading_variance if self.fusion.status.uses_field else np.pi**2
+        message.orientation_covariance = [tilt, 0.0, 0.0, 0.0, tilt, 0.0, 0.0, 0.0, heading]
+        rate = message.angular_velocity
+        rate.x, rate.y, rate.z = estimate.angular_rate.tolist()
+        message.angular_velocity_covariance = source.angular_velocity_covariance
+        message.linear_acceleration = source.linear_acceleration
+        message.linear_acceleration_covariance = source.linear_acceleration_covariance
+        return message
+
+    def _on_mag(self, message: Any) -> None:
+        field = message.magnetic_field
+        self.fusion.add_field(np.array([field.x, field.y, field.z]))
+
+    def _on_temperature(self, message: Any) -> None:
+        self.fusion.add_temperature(message.temperature)
+
+    def _tell(self) -> None:
+        status = self.fusion.status
+        self._told = status.start
+        bias = np.degrees(status.bias[False])
+        log = self.get_logger().info if status.rest_seen else self.get_logger().warning
+        log(f"{self.sensor}: {status.start} (bias {bias[0]:.3f} {bias[1]:.3f} {bias[2]:.3f} deg/s)")
+
+    def _on_second(self) -> None:
+        name = f"{self.get_fully_qualified_name().lstrip('/')}: {self.sensor}"
+        message = DiagnosticArray(status=[diagnostic(name, self.sensor, self.fusion.status)])
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._diagnostics.publish(message)
+
+
+def _executor() -> Any:
+    try:
+        from rclpy.experimental import EventsExecutor  # noqa: PLC0415 # not in every Jazzy
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def main() -> int:
+    """Run the node until SIGINT or SIGTERM.
+
+    Returns:
+        0, or 2 with one line on stderr for parameters or a compensation file that cannot be used.
+    """
+    rclpy.init()
+    node: FusionNode | None = None
+    try:
+        node = FusionNode()
+        executor = _executor()
+        executor.add_node(node)
+        executor.spin()
+    except (CompensationError, UnknownFilterError, ValueError) as error:
+        sys.stderr.write(f"fusion: {error}\n")
+        return 2
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
