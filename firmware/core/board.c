@@ -1,0 +1,246 @@
+#include "board.h"
+
+#include <string.h>
+
+#include "config.h"
+#include "counters.h"
+#include "hal.h"
+#include "lisy300.h"
+
+#define SECOND_US 1000000u
+
+void board_init(board *b, const board_profile *profile, uint8_t bno_mode)
+{
+    memset(b, 0, sizeof *b);
+    b->profile = profile;
+    bno055_config bno = profile->bno;
+    if (bno_mode != 0u) {
+        bno.mode = bno_mode;
+    }
+    mpu6050_init(&b->mpu, &b->bus, &profile->mpu);
+    bno055_init(&b->bno, &b->bus, &bno);
+    sample_clock_init(&b->bno_clock, BNO_GYRO_PERIOD_US);
+    const uint32_t now = hal_micros();
+    b->uptime_mark_us = now;
+    scheduler_start(&b->slots, profile->rates, now);
+    scheduler_disarm(&b->slots, JOB_STATUS); /* the set-up of the MPU brings the first one; without it the first second does */
+    scheduler_arm(&b->slots, JOB_MPU_SETUP, now + SETUP_RETRY_US);
+    scheduler_arm(&b->slots, JOB_BNO_SETUP, now);
+}
+
+static uint8_t flags(const board *b, bool failed)
+{
+    return (uint8_t)((failed ? FRAME_FLAG_READ_FAILED : 0u) | (b->uptime_s == 0u ? FRAME_FLAG_STARTED : 0u) |
+                     (b->cell.low ? FRAME_FLAG_BATTERY_LOW : 0u));
+}
+
+/* A chip that is still being set up in the first second sends nothing; after that, frames that say "read failed". */
+static bool worth_a_frame(const board *b, bool ready) { return b->announced && (ready || b->uptime_s != 0u); }
+
+static void collect_radio(board *b)
+{
+    if (!b->radio_busy) {
+        return;
+    }
+    const hal_radio_result result = hal_radio_finish();
+    b->radio_busy = false;
+    b->retransmissions = result.retransmissions;
+    if (result.given_up) {
+        count_u8(&b->radio_given_up);
+    }
+}
+
+static void hand_over(board *b, uint8_t frame[FRAME_SIZE], uint8_t type, bool failed, uint32_t time_us)
+{
+    const frame_header header = {type, flags(b, failed), b->sequence, time_us};
+    frame_close(frame, &header);
+    collect_radio(b);
+    hal_radio_send(frame);
+    b->radio_busy = true;
+    ++b->sequence;
+}
+
+static void run_mpu(board *b)
+{
+    if (!worth_a_frame(b, b->mpu.state == MPU_READY)) {
+        return;
+    }
+    const uint32_t start = hal_micros();
+    uint8_t registers[MPU_BURST];
+    const bool good = mpu6050_read(&b->mpu, registers);
+    const uint16_t lisy = lisy300_sum();
+    battery_read(&b->cell);
+    collect_radio(b);
+    const frame_mpu body = {registers,         lisy,         b->cell.millivolt, b->radio_given_up,
+                            b->bus.errors, b->retransmissions};
+    frame_put_mpu(b->frame, &body);
+    hand_over(b, b->frame, FRAME_MPU, !good, start);
+}
+
+static bool in_amg(const board *b) { return b->bno.config.mode == BNO_MODE_AMG; }
+
+static void send_bno(board *b)
+{
+    if (b->bno_pending) {
+        hand_over(b, b->bno_frame, in_amg(b) ? FRAME_BNO_AMG : FRAME_BNO_NDOF, b->bno_failed, b->bno_time_us);
+        b->bno_pending = false;
+    }
+}
+
+static void plan_look(board *b, uint32_t now)
+{
+    const uint32_t next = sample_clock_next_look(&b->bno_clock);
+    scheduler_arm(&b->slots, JOB_BNO_LOOK, time_reached(next, now) ? next : now);
+}
+
+static void run_bno_read(board *b)
+{
+    if (!worth_a_frame(b, b->bno.state == BNO_READY)) {
+        return;
+    }
+    send_bno(b); /* an older one that found no room */
+    uint8_t registers[BNO_NDOF_BURST];
+    b->bno_time_us = hal_micros();
+    b->bno_failed = !bno055_read(&b->bno, registers);
+    frame_bno body = {registers, b->bno.calib_stat, b->bno.temperature, 0};
+    if (!in_amg(b)) {
+        frame_put_bno_ndof(b->bno_frame, &body);
+    } else {
+        if (!b->bno_failed) {
+            sample_clock_look(&b->bno_clock, b->bno_time_us, &registers[BNO_GYR_IN_BURST]);
+            body.age_us = sample_clock_age(&b->bno_clock, b->bno_time_us);
+            plan_look(b, b->bno_time_us);
+        }
+        frame_put_bno_amg(b->bno_frame, &body);
+    }
+    b->bno_pending = true;
+    scheduler_arm(&b->slots, JOB_BNO_SEND, b->bno_time_us);
+}
+
+static void run_bno_look(board *b)
+{
+    const uint32_t start = hal_micros();
+    uint8_t gyro[BNO_GYR_BYTES];
+    if (bno055_read_gyro(&b->bno, gyro)) {
+        sample_clock_look(&b->bno_clock, start, gyro);
+        /* the next read of the burst plans the next look */
+    }
+}
+
+static void run_status(board *b)
+{
+    const mpu6050_config *mpu = &b->mpu.config;
+    const bno055_config *bno = &b->bno.config;
+    const frame_status body = {
+        .major = FIRMWARE_MAJOR,
+        .minor = FIRMWARE_MINOR,
+        .mpu_dlpf_cfg = mpu->dlpf_cfg,
+        .mpu_fs_sel = mpu->fs_sel,
+        .mpu_afs_sel = mpu->afs_sel,
+        .mpu_smplrt_div = mpu->smplrt_div,
+        .bno_opr_mode = bno055_mode(&b->bno),
+        .bno_acc_config = bno->acc_config,
+        .bno_gyr_config_0 = bno->gyr_config_0,
+        .bno_gyr_config_1 = bno->gyr_config_1,
+        .bno_mag_config = bno->mag_config,
+        .reset_cause = (uint8_t)hal_reset_cause(),
+        .bno_unit_sel = bno->unit_sel,
+        .mpu_period_us = (uint16_t)b->profile->rates[JOB_MPU].period_us,
+        .bno_period_us = (uint16_t)b->profile->rates[JOB_BNO_READ].period_us,
+        .uptime_s = b->uptime_s,
+    };
+    frame_put_status(b->frame, &body);
+    hand_over(b, b->frame, FRAME_STATUS, false, hal_micros());
+    b->announced = true;
+}
+
+static void run_verify(board *b)
+{
+    (void)mpu6050_verify(&b->mpu); /* a mismatch shows in the chip's state and so in the frames' flags */
+    (void)bno055_verify(&b->bno);
+}
+
+/* A set-up that has just ended is told at once: from here on the scales of STATUS hold. */
+static void run_setup(board *b, uint8_t job)
+{
+    const uint32_t wait = job == JOB_MPU_SETUP ? mpu6050_setup_step(&b->mpu) : bno055_setup_step(&b->bno);
+    const uint32_t now = hal_micros();
+    if (wait != 0u) {
+        scheduler_arm(&b->slots, job, now + wait);
+        return;
+    }
+    if (job == JOB_BNO_SETUP) {
+        sample_clock_init(&b->bno_clock, BNO_GYRO_PERIOD_US);
+    }
+    if (job == JOB_MPU_SETUP || b->announced) {
+        scheduler_arm(&b->slots, JOB_STATUS, now);
+    }
+}
+
+static void run_job(board *b, uint8_t job)
+{
+    switch (job) {
+    case JOB_MPU:
+        run_mpu(b);
+        break;
+    case JOB_BNO_READ:
+        run_bno_read(b);
+        break;
+    case JOB_BNO_SEND:
+        send_bno(b);
+        break;
+    case JOB_BNO_LOOK:
+        run_bno_look(b);
+        break;
+    case JOB_STATUS:
+        run_status(b);
+        break;
+    case JOB_BNO_HEALTH:
+        (void)bno055_read_health(&b->bno);
+        break;
+    case JOB_VERIFY:
+        run_verify(b);
+        break;
+    case JOB_MPU_SETUP:
+    case JOB_BNO_SETUP:
+        run_setup(b, job);
+        break;
+    default:
+        break;
+    }
+}
+
+static void keep_time(board *b, uint32_t now)
+{
+    while ((uint32_t)(now - b->uptime_mark_us) >= SECOND_US) { /* once, but for a HAL that stood still */
+        b->uptime_mark_us += SECOND_US;
+        ++b->uptime_s;
+        if (!b->announced) {
+            scheduler_arm(&b->slots, JOB_STATUS, now);
+        }
+    }
+}
+
+/* Chips that fell out of READY get their set-up job back. */
+static void mind_chips(board *b, uint32_t now)
+{
+    if (b->mpu.state != MPU_READY && !b->slots.armed[JOB_MPU_SETUP]) {
+        scheduler_arm(&b->slots, JOB_MPU_SETUP, now);
+    }
+    if (b->bno.state != BNO_READY && !b->slots.armed[JOB_BNO_SETUP]) {
+        scheduler_arm(&b->slots, JOB_BNO_SETUP, now);
+    }
+}
+
+uint32_t board_step(board *b)
+{
+    const uint32_t now = hal_micros();
+    keep_time(b, now);
+    const uint8_t job = scheduler_take(&b->slots, now);
+    if (job != SCHEDULER_NONE) {
+        run_job(b, job);
+        mind_chips(b, hal_micros());
+    }
+    hal_watchdog_kick();
+    return scheduler_next(&b->slots, hal_micros());
+}

@@ -1,0 +1,40 @@
+/* Which job runs now. Jobs are served in order of their number, which is their priority; none is interrupted.
+ *
+ * One table gives period, phase and cost. A job starts only where it ends before the next start of a more important one, so
+ * that the MPU's slots stay on their grid; a job put off for longer than SCHEDULER_PATIENCE_US runs all the same. A job that
+ * is late by a whole period skips the slots it missed (counted) and stays on its grid. Period 0: runs when armed.
+ */
+#ifndef GSENSE_SCHEDULER_H
+#define GSENSE_SCHEDULER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define SCHEDULER_JOBS 9u
+#define SCHEDULER_NONE 0xFFu
+#define SCHEDULER_PATIENCE_US 20000u
+
+typedef struct {
+    uint32_t period_us;
+    uint16_t phase_us;
+    uint16_t cost_us; /* longest run at 8 MIPS */
+} scheduler_rate;
+
+typedef struct {
+    const scheduler_rate *rates; /* SCHEDULER_JOBS entries */
+    uint32_t due_us[SCHEDULER_JOBS];
+    bool armed[SCHEDULER_JOBS];
+    uint16_t skipped; /* slots missed, stays at 65535 */
+} scheduler;
+
+/* Arms all periodic jobs, first due at now + phase. */
+void scheduler_start(scheduler *s, const scheduler_rate *rates, uint32_t now);
+void scheduler_arm(scheduler *s, uint8_t job, uint32_t due_us);
+void scheduler_disarm(scheduler *s, uint8_t job);
+
+/* The job to run at `now`, its next slot already set, or SCHEDULER_NONE. */
+uint8_t scheduler_take(scheduler *s, uint32_t now);
+/* When to ask again: the earliest time after `now` at which a job may start. */
+uint32_t scheduler_next(const scheduler *s, uint32_t now);
+
+#endif

@@ -1,0 +1,191 @@
+#include <stdio.h>
+#include <time.h>
+
+#include "bench.h"
+#include "cobs.h"
+#include "config.h"
+#include "counters.h"
+#include "hal.h"
+#include "host.h"
+
+#define NS_PER_US 1000u
+#define NS_PER_S 1000000000u
+#define I2C_BYTE_NS 22500u      /* 9 bits at 400 kHz */
+#define ADC_CONVERSION_NS 12000u
+#define RADIO_SPI_NS 267000u    /* 33 bytes at 2 MHz, as measured at 8 MIPS */
+#define NAP_NS 500000u          /* between looks at a simulation that is behind */
+#define LONGEST_SLEEP_NS 20000000u
+#define BUS_POLL_NS 100000000u
+#define SUSPENDED_NS 1000000000u /* further behind than this: the host slept */
+
+host the_host;
+volatile sig_atomic_t host_stop;
+
+uint64_t host_now_ns(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint64_t)now.tv_sec * NS_PER_S + (uint64_t)now.tv_nsec;
+}
+
+static void sleep_until(uint64_t time_ns)
+{
+    const struct timespec due = {(time_t)(time_ns / NS_PER_S), (long)(time_ns % NS_PER_S)};
+    (void)clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, NULL); /* a signal ends it early: callers look again */
+}
+
+/* The host's time at which the board's clock shows `board_ns`. */
+static uint64_t host_time(uint64_t board_ns)
+{
+    const double skew = the_host.options.skew_ppm * 1e-6;
+    return the_host.power_on_ns + board_ns - (uint64_t)(int64_t)((double)board_ns * skew / (1.0 + skew));
+}
+
+static void jump_if_suspended(uint64_t now_ns)
+{
+    const uint64_t shown = host_time(the_host.board_ns);
+    if (now_ns > shown + SUSPENDED_NS) {
+        fprintf(stderr, "gsense_board: %.1f s behind: clock set forward\n", (double)(now_ns - shown) * 1e-9);
+        the_host.board_ns += now_ns - shown;
+    }
+}
+
+static void poll_bus(uint64_t now_ns)
+{
+    if (now_ns < the_host.next_poll_ns) {
+        return;
+    }
+    the_host.next_poll_ns = now_ns + BUS_POLL_NS;
+    if (bus_poll(&the_host.bus, &the_host.registers, now_ns)) {
+        fprintf(stderr, "gsense_board: reads the sensor bus %s\n", the_host.bus.path);
+    }
+}
+
+void host_start(const host_options *options)
+{
+    the_host.options = *options;
+    the_host.power_on_ns = host_now_ns();
+    the_host.board_ns = 0;
+    the_host.bench_now = options->bench;
+    chips_power_on(&the_host.registers, 0);
+    bench_image(&the_host.registers, options->seed, 0, &the_host.image); /* the ADC works without any sensor */
+    bus_init(&the_host.bus, options->bus_path);
+    poll_bus(the_host.power_on_ns);
+    if (the_host.bus.map == NULL) {
+        fprintf(stderr, "gsense_board: no sensor bus at %s yet: %s\n", options->bus_path,
+                options->bench ? "plays a board lying still on a table" : "reads fail until it appears");
+    }
+}
+
+void host_run_until(uint32_t due_us)
+{
+    const uint32_t shown = hal_micros();
+    if (!time_reached(shown, due_us)) {
+        const uint64_t due_ns = the_host.board_ns - the_host.board_ns % NS_PER_US + (uint64_t)(due_us - shown) * NS_PER_US;
+        const uint64_t due_host = host_time(due_ns);
+        uint64_t now = host_now_ns();
+        while (now < due_host && !host_stop) {
+            pty_service(&the_host.pty);
+            poll_bus(now);
+            sleep_until(due_host - now > LONGEST_SLEEP_NS ? now + LONGEST_SLEEP_NS : due_host);
+            now = host_now_ns();
+        }
+        the_host.board_ns = due_ns;
+    }
+    const uint64_t now = host_now_ns();
+    pty_service(&the_host.pty);
+    poll_bus(now);
+    jump_if_suspended(now);
+}
+
+/* Waits, the board's clock standing still, until the simulation has passed the instant. */
+static bool bus_image(uint64_t instant)
+{
+    for (;;) {
+        const bus_answer answer = bus_image_at(&the_host.bus, instant, &the_host.image);
+        if (answer != BUS_NOT_YET) {
+            return answer == BUS_FOUND;
+        }
+        const uint64_t now = host_now_ns();
+        if (host_stop || now > instant + BUS_SILENT_NS || bus_is_silent(&the_host.bus, now)) {
+            return false;
+        }
+        pty_service(&the_host.pty);
+        sleep_until(now + NAP_NS);
+    }
+}
+
+/* The registers at the board's present instant into the_host.image; false: as from dead sensors. */
+static bool look_at_sensors(void)
+{
+    const uint64_t instant = host_time(the_host.board_ns);
+    if (the_host.bus.map != NULL && bus_image(instant)) {
+        the_host.bench_now = false;
+        return true;
+    }
+    if (the_host.bench_now) {
+        bench_image(&the_host.registers, the_host.options.seed, instant - the_host.power_on_ns, &the_host.image);
+    }
+    return the_host.bench_now;
+}
+
+static void spend_transfer(uint8_t bytes) { the_host.board_ns += (uint64_t)bytes * I2C_BYTE_NS; }
+
+uint32_t hal_micros(void) { return the_host.options.start_us + (uint32_t)(the_host.board_ns / NS_PER_US); }
+
+hal_status hal_i2c_read(uint8_t address, uint8_t reg, uint8_t *data, uint8_t length, uint16_t deadline_us)
+{
+    (void)deadline_us; /* nothing here stretches the clock */
+    if (!chips_answer(&the_host.registers, address, the_host.board_ns) || !look_at_sensors()) {
+        spend_transfer(1);
+        return HAL_NACK;
+    }
+    const bool good = chips_read(&the_host.registers, address, reg, data, length, &the_host.image);
+    spend_transfer((uint8_t)(length + 3u)); /* address, register, address */
+    return good ? HAL_OK : HAL_NACK;
+}
+
+hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint8_t length, uint16_t deadline_us)
+{
+    (void)deadline_us;
+    const bool dead = the_host.bench_now ? false : the_host.bus.map == NULL || bus_is_silent(&the_host.bus, host_now_ns());
+    if (dead || !chips_write(&the_host.registers, address, reg, data, length, the_host.board_ns)) {
+        spend_transfer(1);
+        return HAL_NACK;
+    }
+    bus_write_registers(&the_host.bus, &the_host.registers);
+    spend_transfer((uint8_t)(length + 2u));
+    return HAL_OK;
+}
+
+void hal_i2c_recover(void) {}
+
+uint16_t hal_adc_read(hal_adc_channel channel)
+{
+    the_host.board_ns += ADC_CONVERSION_NS;
+    if (channel == HAL_ADC_BATTERY) {
+        const uint32_t code = (the_host.image.battery_mv * 1024u + ADC_REFERENCE_MV) / (ADC_REFERENCE_MV * BATTERY_DIVIDER);
+        return code > 1023u ? 1023u : (uint16_t)code;
+    }
+    the_host.lisy_index = (the_host.lisy_index + 1u) % IMAGE_LISY;
+    return the_host.image.lisy[the_host.lisy_index] & 1023u;
+}
+
+/* The radio link is perfect here: what is handed over reaches the receiver, which packs it for the serial line. */
+void hal_radio_send(const uint8_t payload[RADIO_PAYLOAD])
+{
+    uint8_t packet[COBS_PACKET_SIZE(RADIO_PAYLOAD)];
+    pty_send(&the_host.pty, packet, cobs_encode(payload, RADIO_PAYLOAD, packet));
+    the_host.board_ns += RADIO_SPI_NS;
+    ++the_host.frames;
+}
+
+hal_radio_result hal_radio_finish(void)
+{
+    const hal_radio_result perfect = {false, 0};
+    return perfect;
+}
+
+void hal_watchdog_kick(void) {}
+
+reset_cause hal_reset_cause(void) { return RESET_POWER_ON; }
