@@ -19,7 +19,28 @@ from preparation.progress import step
 _STAMP = "environment"
 _DEV_STAMP = "environment-dev"
 # Raise it when the way the environment is made changes, so that existing ones are brought up to date.
-_RECIPE = "1"
+_RECIPE = "2"
+_IMPORTS = (
+    *(
+        "rclpy.action",
+        "rclpy.experimental",
+        "sensor_msgs.msg",
+        "geometry_msgs.msg",
+        "diagnostic_msgs.msg",
+        "std_srvs.srv",
+    ),
+    *(
+        "scipy.signal",
+        "scipy.optimize",
+        "scipy.stats",
+        "numba",
+        "matplotlib.pyplot",
+        "rosbags.rosbag2",
+        "serial",
+        "yaml",
+    ),
+    *("cobs.cobs", "jinja2", "rich.progress", "filterpy.kalman", "vqf"),
+)
 
 
 def is_ready(checkout: Checkout, found: ros.Ros, dev: bool) -> bool:
@@ -183,14 +204,18 @@ def write_description(checkout: Checkout, found: ros.Ros) -> None:
     new = checkout.rig / "env.sh.new"
     new.write_text("\n".join(lines) + "\n", encoding="utf-8")
     new.replace(checkout.rig / "env.sh")
+    if not found.prefix:
+        # colcon asks each prefix for one; the wheels bring none, and need none.
+        (checkout.env / "local_setup.sh").write_text("# Nothing to do: see tools/activate.sh.\n", encoding="utf-8")
 
 
 def _verify(checkout: Checkout) -> None:
-    """Import what everything rests on: a broken environment is found here, not in a node."""
-    script = '. "$0/tools/activate.sh" && exec python -c "import numpy, rclpy, serial, rosbags, sensor_msgs.msg"'
+    """Import what everything rests on: a broken environment is found here, and the first node starts warm."""
+    script = '. "$0/tools/activate.sh" && exec python -c "$1"'
     environment = _clean_environment() | {"ROOT": str(checkout.root), "GSENSE_UNDERLAY_ONLY": "1"}
-    command = ["bash", "-c", script, str(checkout.root)]
-    result = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    command = ["bash", "-c", script, str(checkout.root), f"import {', '.join(_IMPORTS)}"]
+    with step("first imports"):
+        result = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if result.returncode != 0:
         raise SetupError(f"the environment does not work ({_last_line(result.stderr)}): rm -r .rig and try again")
 
