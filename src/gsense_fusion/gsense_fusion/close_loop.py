@@ -1,0 +1,152 @@
+"""`close_loop`: from bags to the verdict, the report and the compensation file."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import inspect
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from gsense_fusion.bags.reader import BagError, load_run
+from gsense_fusion.bags.run import Run
+from gsense_fusion.compensation.document import write_atomically
+from gsense_fusion.compensation.model import write_compensation
+from gsense_fusion.identification.earth import Site
+from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.engine import Settings, close_loop
+from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.types import IdentificationError, Role
+from gsense_fusion.report.document import report_json
+from gsense_fusion.report.html import report_html
+from gsense_fusion.report.outputs import compensation, next_plan
+from gsense_fusion.report.words import one_sentence
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; returns the exit code: 0 whatever the verdict, 2 for unusable input (one line on stderr)."""
+    arguments = _parser().parse_args(argv)
+    try:
+        result = _run(arguments)
+        written = write_files(result, arguments.out)
+    except (BagError, IdentificationError) as error:
+        return _fail(str(error))
+    except OSError as error:
+        return _fail(f"{error.filename or arguments.out}: {error.strerror or error}; nothing half-written is left")
+    print(one_sentence(result))
+    for path in written:
+        print(path)
+    return 0
+
+
+def _fail(message: str) -> int:
+    print(f"close_loop: {' '.join(message.split())}", file=sys.stderr)
+    return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="close_loop",
+        description="Find what the declared gyro model lacks, and show the error before and after on runs that were not fitted.",
+    )
+    parser.add_argument("--fit", nargs="+", type=Path, required=True, metavar="BAG", help="bags to fit (one bag, one run)")
+    parser.add_argument(
+        "--held-out", nargs="+", type=Path, default=[], metavar="BAG", help="bags to judge by; without: each run in turn"
+    )
+    parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
+    parser.add_argument(
+        "--declared", nargs="+", default=["bias", "g_sensitivity"], metavar="EFFECT", help="effects that the model has"
+    )
+    parser.add_argument("--effects", type=Path, metavar="FILE.py", help="a file with effects of your own")
+    parser.add_argument("--latitude", type=float, metavar="DEG", help="of the rig: earth rate is then subtracted")
+    parser.add_argument("--rail-azimuth", type=float, metavar="DEG", help="of the rail's positive direction, from north over east")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the report")
+    return parser
+
+
+def _run(arguments: argparse.Namespace) -> LoopResult:
+    roles = [(path, Role.FIT) for path in arguments.fit] + [(path, Role.HELD_OUT) for path in arguments.held_out]
+    _check_roles(arguments)
+    catalogue = CATALOGUE if arguments.effects is None else (*CATALOGUE, *own_effects(arguments.effects))
+    settings = Settings(arguments.sensor, tuple(arguments.declared), catalogue, _site(arguments))
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task("reading bags", total=1.0)
+        runs: list[tuple[Run, Role]] = []
+        for number, (path, role) in enumerate(roles):
+            progress.update(task, description=f"reading {path.name}", completed=0.3 * number / len(roles))
+            runs.append((load_run(path, arguments.sensor), role))
+        return close_loop(
+            runs, settings, lambda text, part: progress.update(task, description=text, completed=0.3 + 0.7 * part)
+        )
+
+
+def _check_roles(arguments: argparse.Namespace) -> None:
+    both = {p.resolve() for p in arguments.fit} & {p.resolve() for p in arguments.held_out}
+    if both:
+        raise IdentificationError(f"{min(both)}: named under --fit and --held-out; a run that is fitted cannot judge")
+    twice = [p for p in {*arguments.fit, *arguments.held_out} if [*arguments.fit, *arguments.held_out].count(p) > 1]
+    if twice:
+        raise IdentificationError(f"{min(twice)}: named twice; name each bag once")
+
+
+def _site(arguments: argparse.Namespace) -> Site | None:
+    given = (arguments.latitude is not None, arguments.rail_azimuth is not None)
+    if given == (False, False):
+        return None
+    if given != (True, True):
+        raise IdentificationError("--latitude and --rail-azimuth belong together: give both or neither")
+    if not -90.0 <= arguments.latitude <= 90.0:
+        raise IdentificationError(f"--latitude {arguments.latitude:g}: degrees from -90 to 90")
+    return Site(arguments.latitude, arguments.rail_azimuth)
+
+
+def own_effects(path: Path) -> list[Effect]:
+    """Effects from a user's file: every concrete subclass of Effect that it defines.
+
+    Raises:
+        IdentificationError: The file cannot be loaded or has no effect.
+
+    """
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise IdentificationError(f"{path}: not a Python file with effects")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # noqa: BLE001  (a user's code may raise anything)
+        raise IdentificationError(f"{path}: {type(error).__name__}: {error}") from error
+    kinds = [
+        c
+        for c in vars(module).values()
+        if inspect.isclass(c) and issubclass(c, Effect) and not inspect.isabstract(c) and c.__module__ == module.__name__
+    ]
+    if not kinds:
+        raise IdentificationError(f"{path}: defines no subclass of gsense_fusion.identification.effects.base.Effect")
+    return [kind() for kind in kinds]
+
+
+def write_files(result: LoopResult, out: Path) -> list[Path]:
+    """Write all files into a folder, each complete or not at all; returns their paths."""
+    out.mkdir(parents=True, exist_ok=True)
+    written = [out / "report.json", out / "report.html", out / "compensation.yaml"]
+    write_atomically(written[0], report_json(result))
+    write_atomically(written[1], report_html(result))
+    write_compensation(written[2], compensation(result))
+    plan = next_plan(result)
+    path = out / "next_plan.yaml"
+    if plan is None:
+        path.unlink(missing_ok=True)  # one of an earlier analysis would mislead
+    else:
+        write_atomically(path, plan)
+        written.append(path)
+    return written
+
+
+if __name__ == "__main__":
+    sys.exit(main())

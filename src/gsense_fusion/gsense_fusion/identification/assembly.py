@@ -1,0 +1,258 @@
+"""The result of an analysis: parameters with their errors, findings, errors before and after, arrays for the plots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from gsense_fusion.identification import plotdata
+from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE, RunData
+from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.engine import UNDECIDED, Analysis
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.metrics import (
+    RATE_BAND_HZ,
+    Rms,
+    attitude_rms,
+    attitude_traces,
+    band_rms,
+    noise_floor,
+    pose_floor,
+    pose_rms,
+)
+from gsense_fusion.identification.mounting import OWN_DELAY_STDERR_S
+from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
+from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
+from gsense_fusion.identification.selection import Selection, template_stderr
+from gsense_fusion.identification.sufficiency import Symptom
+from gsense_fusion.identification.types import AXES, FloatArray, Parameter
+
+AXIS_SIGMA = 2.576
+SLOW_BAND_HZ = 0.1
+BAND_ORDERS = 3.0
+"""A dynamic effect's own band reaches to the third order of the fastest drive."""
+
+
+def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
+    """Put the result together."""
+    say("errors on held-out runs", 0.9)
+    full = a.claims.full
+    folds = a.folds
+    rate = Rms(
+        *(band_rms(folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full")), noise_floor(folds, a.noise, full.drift)
+    )
+    poses = [pose_rms(folds, m) for m in ("raw", "declared", "full")]
+    pose = None
+    if poses[0] is not None and poses[1] is not None and poses[2] is not None:
+        pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, full.drift))
+    traces = attitude_traces(folds)
+    units = [c.unit_id for c in a.clean if c.unit_id]
+    return LoopResult(
+        sensor=a.settings.sensor,
+        unit_id=units[0] if units else None,
+        declared=a.settings.declared,
+        declared_parameters=_declared_parameters(a),
+        runs=_summaries(a),
+        findings=_findings(a),
+        unexplained=_unexplained(a.claims.symptoms, a.claims.nearest),
+        rate_rms=rate,
+        pose_rms=pose,
+        attitude_gyro_only=attitude_rms(traces, "gyro_only"),
+        attitude_madgwick=attitude_rms(traces, "madgwick"),
+        bias=_bias(a, full),
+        g_matrix=_g_matrix(a.likelihood, full),
+        temperature_reference=TEMPERATURE_REFERENCE,
+        undecided=_undecided(a),
+        notes=tuple(n for n in a.notes if UNDECIDED not in n) + a.claims.notes + tuple(n for c in a.clean for n in c.notes),
+        ranking=_ranking(a.selection, full),
+        plots=_plots(a, traces),
+    )
+
+
+def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
+    """Linear parameters with their errors, then the searched ones."""
+    first = likelihood.columns.start[effect.name]
+    out = {}
+    for i, parameter in enumerate(effect.parameters):
+        stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0)))
+        out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
+    for template in effect.templates:
+        value = float(getattr(fit.templates, template.field))
+        stderr = template_stderr(likelihood, fit, template) if template.owns_effect or value else 0.0
+        out[template.name] = Parameter(value, stderr, template.unit)
+    return out
+
+
+def _declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
+    full = a.claims.full
+    out: dict[str, dict[str, Parameter]] = {}
+    for name in a.settings.declared:
+        if name == "bias":
+            values, errors = _bias(a, full), _bias_stderr(a, full)
+            out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
+        elif name in a.selection.effects:
+            out[name] = effect_parameters(a.likelihood, full, a.selection.effects[name])
+    return out
+
+
+def _bias(a: Analysis, fit: Fit) -> tuple[float, float, float]:
+    """Of the newest session that was fitted."""
+    predictor = Predictor(a.likelihood.effects, a.likelihood.source)
+    model = Prediction.of("full", fit)
+    biases = session_biases(a.campaign.runs, {r: predictor.without(r, model) for r in a.campaign.runs})
+    newest = max(r.run.session for r in a.campaign.fit)
+    x, y, z = (float(v) for v in biases[newest])
+    return x, y, z
+
+
+def _bias_stderr(a: Analysis, fit: Fit) -> tuple[float, float, float]:
+    out = [0.0, 0.0, 0.0]
+    for axis, slow in a.likelihood.slow.items():
+        ones = np.ones((len(a.likelihood.blocks), 1))
+        K = slow.covariance(fit.drift[axis])
+        out[axis] = float(1.0 / np.sqrt((ones.T @ np.linalg.solve(K, ones))[0, 0]))
+    return out[0], out[1], out[2]
+
+
+def _g_matrix(likelihood: Likelihood, fit: Fit) -> tuple[tuple[float, float, float], ...] | None:
+    """G where a likelihood-ratio (Wald) test at 1 % finds it; a G that is not significant compensates nothing."""
+    if "g_sensitivity" not in fit.names or not g_significant(likelihood, fit):
+        return None
+    first = likelihood.columns.start["g_sensitivity"]
+    g = fit.beta[first : first + 9].reshape(3, 3)
+    return tuple((float(r[0]), float(r[1]), float(r[2])) for r in g)
+
+
+def g_significant(likelihood: Likelihood, fit: Fit) -> bool:
+    """Whether G as a whole differs from zero."""
+    from scipy.stats import chi2  # noqa: PLC0415
+
+    first = likelihood.columns.start["g_sensitivity"]
+    beta = fit.beta[first : first + 9]
+    covariance = fit.covariance[first : first + 9, first : first + 9]
+    values, vectors = np.linalg.eigh(covariance)
+    good = values > 1e-9 * max(float(values[-1]), 1e-300)
+    wald = float(np.sum((vectors[:, good].T @ beta) ** 2 / values[good]))
+    return bool(chi2.sf(wald, int(good.sum())) < 0.01)
+
+
+def _summaries(a: Analysis) -> tuple[RunSummary, ...]:
+    out = []
+    for clean in a.clean:
+        parts = [r for r in a.campaign.runs if r.run.path == clean.path]
+        moving = next((r for r in parts if r.motion is not None and r.motion.angular_frequency is not None), None)
+        delay = next((_delay(a, r) for r in parts if r.geometry.delay is not None), None)
+        out.append(
+            RunSummary(
+                bag=clean.path,
+                role=clean.role.value,
+                samples=clean.received,
+                lost=clean.lost,
+                rate_hz=clean.rate_hz,
+                session=clean.session,
+                angular_frequency=None if moving is None or moving.motion is None else moving.motion.angular_frequency,
+                amplitude=None if moving is None or moving.motion is None else moving.motion.amplitude,
+                encoder_delay_s=delay,
+            )
+        )
+    return tuple(out)
+
+
+def _delay(a: Analysis, data: RunData) -> float | None:
+    """A run's own delay where it is known well, else the campaign's."""
+    own = data.geometry.delay
+    if own is None:
+        return None
+    return own.value if own.stderr < OWN_DELAY_STDERR_S else a.campaign.delay.value
+
+
+def _findings(a: Analysis) -> tuple[Finding, ...]:
+    out = []
+    full = a.claims.full
+    steps = ["declared", *a.claims.names]
+    for before, name in zip(steps[:-1], steps[1:], strict=True):
+        effect = a.selection.effects[name]
+        band = _own_band(a, effect)
+        parameters = effect_parameters(a.likelihood, full, effect)
+        alternatives = a.selection.alternatives(full, name)
+        out.append(
+            Finding(
+                effect=name,
+                owner=effect.owner,
+                axes=_axes(a, effect, parameters),
+                parameters=parameters,
+                p_value=a.selection.p_value(full, name),
+                rate_rms_before=band_rms(a.folds, before, band),
+                rate_rms_after=band_rms(a.folds, name, band),
+                alternatives=tuple(alternatives),
+                separating_run=effect.separating_run if alternatives else None,
+                equation=effect.equation,
+                source=effect.source,
+            )
+        )
+    return tuple(out)
+
+
+def _own_band(a: Analysis, effect: Effect) -> float:
+    """Up to where an effect acts, Hz, at most 0.4 of the sample rate."""
+    fastest = max((r.motion.angular_frequency or 0.0 for r in a.campaign.runs if r.motion is not None), default=0.0)
+    band = BAND_ORDERS * fastest / (2 * np.pi) if effect.dynamic and fastest else SLOW_BAND_HZ
+    return float(min(max(band, SLOW_BAND_HZ), 0.4 * a.campaign.rate_hz))
+
+
+def _axes(a: Analysis, effect: Effect, parameters: Mapping[str, Parameter]) -> tuple[str, ...]:
+    """Axes with a significant parameter: the first letter after the underscore names the axis (c_x, t_y, g_xz)."""
+    hit = {n.split("_")[1][0] for n, p in parameters.items() if "_" in n and abs(p.value) > AXIS_SIGMA * p.stderr > 0}
+    axes = tuple(x for x in AXES if x in hit)
+    if axes:
+        return axes
+    if effect.needs:  # it acts on the axes of the effect that it modifies
+        other = a.selection.effects[effect.needs[0]]
+        return _axes(a, other, effect_parameters(a.likelihood, a.claims.full, other))
+    return tuple(AXES[i] for i in a.campaign.axes)
+
+
+def _unexplained(symptoms: Sequence[Symptom], nearest: Sequence[str]) -> Unexplained | None:
+    if not symptoms:
+        return None
+    axes = tuple(x for x in AXES if any(x in s.axes for s in symptoms))
+    text = "; ".join(s.description for s in symptoms)
+    if nearest:
+        text += f"; partly like {nearest[0]}"
+    frequencies = tuple(dict.fromkeys(f for s in symptoms for f in s.frequencies))
+    rms = float(np.sqrt(np.sum([s.rate_rms**2 for s in symptoms])))
+    return Unexplained(axes, rms, text, frequencies, tuple(nearest))
+
+
+def _undecided(a: Analysis) -> tuple[str, ...]:
+    out = [n for n in a.notes if UNDECIDED in n]
+    mounts = {r.mounting_number for r in a.campaign.runs if r.motion is not None and r.mounting_number is not None}
+    if len(mounts) == 1:
+        out.append(
+            "the board was mounted one way: only the column of G along the motion is identified, and a true tilt that "
+            "follows velocity hides in it; turn the board by 180 degrees"
+        )
+    out.append("gyro scale, misalignment and lever arms cannot be seen while the true rate is zero")
+    return tuple(out)
+
+
+def _ranking(selection: Selection, full: Fit) -> tuple[Ranked, ...]:
+    tried = sorted(selection.tried(), key=lambda c: -c.score)
+    best = tried[0].score
+    return tuple(Ranked(tuple(sorted(c.fit.names)), best - c.score, full.loglik - c.fit.loglik) for c in tried[:12])
+
+
+def _plots(a: Analysis, traces: Sequence[plotdata.AttitudeTrace]) -> Plots:
+    return Plots(
+        per_run=plotdata.per_run(a),
+        orders=plotdata.orders(a),
+        ellipse=plotdata.ellipse(a),
+        position=plotdata.position_map(a),
+        slow=plotdata.slow_trace(a),
+        poses=plotdata.pose_scatter(a),
+        attitude=plotdata.worst_attitude(traces),
+        **plotdata.spectra(a),
+    )
+
+

@@ -1,0 +1,193 @@
+"""The runs of a campaign with their motion, mounting and delay: what every later step works on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.integrity import CleanRun
+from gsense_fusion.identification.motion import CarriageMotion, Kinematics
+from gsense_fusion.identification.mounting import Delay, Mounting, RunGeometry, common_delay, find_mountings, run_geometry
+from gsense_fusion.identification.types import FloatArray, Role
+
+TEMPERATURE_REFERENCE = 25.0
+"""T0 of temperature_bias in degrees Celsius."""
+EDGE_S = 0.15
+"""Trimmed from windows at both ends: filters ring after a change of motion."""
+MIN_STILL_S = 1.0
+MIN_MOVING_S = 4.0
+
+
+@dataclass(frozen=True)
+class Window:
+    """Samples start to stop (exclusive) of a run; `moving` in steady motion, else at rest."""
+
+    start: int
+    stop: int
+    moving: bool
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+
+@dataclass(frozen=True, eq=False)
+class RunData:
+    """One run with what was found about its motion."""
+
+    run: CleanRun
+    motion: CarriageMotion | None
+    geometry: RunGeometry
+    mounting: Mounting | None
+    mounting_number: int | None
+    windows: tuple[Window, ...]
+
+    @property
+    def is_fit(self) -> bool:
+        """Whether the run may be fitted."""
+        return self.run.role is Role.FIT
+
+
+@dataclass(frozen=True, eq=False)
+class Campaign:
+    """All runs of one sensor."""
+
+    runs: tuple[RunData, ...]
+    mountings: tuple[Mounting, ...]
+    delay: Delay
+    """Of the IMU against the encoder."""
+
+    @property
+    def fit(self) -> tuple[RunData, ...]:
+        """The runs to fit."""
+        return tuple(r for r in self.runs if r.is_fit)
+
+    @property
+    def held_out(self) -> tuple[RunData, ...]:
+        """The runs to judge by."""
+        return tuple(r for r in self.runs if not r.is_fit)
+
+    @property
+    def rate_hz(self) -> float:
+        """The sample rate that most runs have."""
+        return float(np.median([r.run.rate_hz for r in self.runs]))
+
+    @property
+    def axes(self) -> tuple[int, ...]:
+        """Gyro axes that all runs have."""
+        return tuple(i for i in range(3) if all(i in r.run.axes for r in self.runs))
+
+
+def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
+    """Find motion, mountings and the encoder's delay."""
+    motions = [None if r.pose is None or r.pose_time is None else CarriageMotion(r.pose_time, r.pose) for r in runs]
+    geometry = [run_geometry(r, m) for r, m in zip(runs, motions, strict=True)]
+    with_rig = [i for i, m in enumerate(motions) if m is not None]
+    mountings, member = find_mountings([geometry[i] for i in with_rig])
+    number = dict(zip(with_rig, member, strict=True))
+    delay = common_delay(geometry)
+    data = []
+    for i, (run, motion, found) in enumerate(zip(runs, motions, geometry, strict=True)):
+        if i in number:
+            k = number[i]
+            mounting = None if k is None else mountings[k]
+        else:  # a still pose held by nothing but the table: a mounting of its own
+            mountings.append(_pose(found))
+            k, mounting = len(mountings) - 1, mountings[-1]
+        data.append(RunData(run, motion, found, mounting, k, _windows(run, motion, delay.value)))
+    return Campaign(tuple(data), tuple(mountings), delay)
+
+
+def _pose(geometry: RunGeometry) -> Mounting:
+    norm = float(np.linalg.norm(geometry.mean_force))
+    return Mounting(geometry.mean_force / norm, None, norm)
+
+
+def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tuple[Window, ...]:
+    """Steady motion (whole where it is not periodic) and rest, in the IMU's time."""
+    if motion is None:
+        return (Window(0, len(run), False),)
+    out = []
+    steady = motion.steady if motion.steady is not None else motion.moving
+    if steady is not None and steady.duration >= MIN_MOVING_S:
+        out.append(_cut(run, steady.start + delay, steady.stop + delay, True))
+    covered = [i for i in motion.still if i.duration >= MIN_STILL_S + 2 * EDGE_S]
+    out.extend(_cut(run, i.start + delay, i.stop + delay, False) for i in covered)
+    return tuple(w for w in out if len(w) >= round(0.8 * MIN_STILL_S * run.rate_hz))
+
+
+def _cut(run: CleanRun, start: float, stop: float, moving: bool) -> Window:
+    low = int(np.searchsorted(run.time, start + EDGE_S))
+    high = int(np.searchsorted(run.time, stop - EDGE_S))
+    return Window(low, max(low, high), moving)
+
+
+class DriverSource:
+    """Drivers of each run at given template values, remembered for the last few."""
+
+    def __init__(self, campaign: Campaign) -> None:
+        """Take the campaign whose runs' drivers are wanted."""
+        self._campaign = campaign
+        self._cached = lru_cache(maxsize=4 * len(campaign.runs))(self._make)
+
+    def of(self, data: RunData, templates: Templates) -> Drivers:
+        """Drivers on the run's whole grid."""
+        return self._cached(data, templates)
+
+    def _make(self, data: RunData, templates: Templates) -> Drivers:
+        time = data.run.time
+        kin = self._kinematics(data, time - self._campaign.delay.value - templates.gyro_delay_s)
+        return Drivers(
+            kinematics=kin,
+            mounting=data.mounting,
+            specific_force=specific_force(data, kin),
+            temperature=lagged_temperature(data.run, templates.temperature_lag_s),
+            time=time,
+        )
+
+    @staticmethod
+    def _kinematics(data: RunData, time: FloatArray) -> Kinematics:
+        return Kinematics.at_rest(0.0, len(time)) if data.motion is None else data.motion.at(time)
+
+
+def specific_force(data: RunData, kin: Kinematics) -> FloatArray | None:
+    """Gravity and the carriage's acceleration in the sensor's axes, m/s^2, shape (n, 3)."""
+    mounting = data.mounting
+    if mounting is None:
+        return None
+    force = np.repeat((mounting.gravity * mounting.up)[None], len(kin.position), axis=0)
+    if mounting.along is not None:
+        force = force + kin.acceleration[:, None] * mounting.along[None]
+    return force
+
+
+def lagged_temperature(run: CleanRun, lag_s: float) -> FloatArray | None:
+    """Temperature above the reference through a first-order lag that starts settled, K, shape (n,)."""
+    if run.temperature is None:
+        return None
+    above = run.temperature - TEMPERATURE_REFERENCE
+    if lag_s <= 0.0:
+        return np.asarray(above)
+    # settled on the run's own slope: a ramp through a lag is the ramp, lag_s later
+    k = 1.0 - np.exp(-1.0 / (run.rate_hz * lag_s))
+    head = max(2, round(2.0 * run.rate_hz))
+    slope = float(np.polyfit(run.time[:head], above[:head], 1)[0])
+    start = above[0] - slope * lag_s
+    return np.asarray(lfilter([k], [1.0, k - 1.0], above, zi=[start * (1.0 - k)])[0])
+
+
+def slice_drivers(drivers: Drivers, window: Window) -> Drivers:
+    """The drivers of a window."""
+    cut = slice(window.start, window.stop)
+    kin = drivers.kinematics
+    return Drivers(
+        kinematics=Kinematics(kin.position[cut], kin.velocity[cut], kin.acceleration[cut], kin.jerk[cut]),
+        mounting=drivers.mounting,
+        specific_force=None if drivers.specific_force is None else drivers.specific_force[cut],
+        temperature=None if drivers.temperature is None else drivers.temperature[cut],
+        time=drivers.time[cut],
+    )

@@ -1,0 +1,159 @@
+"""From the best model to claims: vetoes, rivals, and what remains unexplained."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
+from gsense_fusion.identification.residual import residuals
+from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection
+from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, order_energy
+from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
+from gsense_fusion.identification.whitened import Gram
+
+REFINEMENT_PART = 0.01
+"""An effect that removes less than this part of what the strongest one removes is a refinement of its shape, not a claim."""
+LOCKED_PART = 0.8
+"""A claim stays only if it removes this part of the drive-locked structure, where some is left."""
+
+
+@dataclass(frozen=True)
+class Claims:
+    """What is claimed, with the models that lead there."""
+
+    full: Fit
+    """The declared effects and all claims."""
+    ladder: Mapping[str, Fit]
+    """declared, then one model after each claim (named after it), and full."""
+    names: tuple[str, ...]
+    """Claimed effects, strongest first."""
+    symptoms: tuple[Symptom, ...]
+    nearest: tuple[str, ...]
+    """Effects of the catalogue that come nearest to what is unexplained."""
+    notes: tuple[str, ...]
+
+
+def judge(selection: Selection, best: Fit) -> Claims:
+    """Apply the vetoes to the best model and test what is left."""
+    likelihood = selection.likelihood
+    notes: list[str] = []
+    found = sorted(best.names - selection.declared, key=lambda n: -selection.gain(best, n)[0])
+    names = []
+    strongest = max((selection.gain(best, n)[0] for n in found), default=0.0)
+    for name in found:
+        if selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
+            notes.append(f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim")
+        elif selection.effects[name].dynamic and not _survives(selection, best, name):
+            notes.append(f"{name} does not hold on runs left out in turn: dropped")
+        else:
+            names.append(name)
+    full = _fit(selection, names)
+    windows = residuals(likelihood, full, likelihood.campaign.fit)
+    symptoms = find_symptoms(likelihood, full, windows)
+    demoted: list[str] = []
+    if any(s.kind == "orders" for s in symptoms):
+        demoted = [n for n in names if selection.effects[n].dynamic and _removed_part(selection, full, n) < LOCKED_PART]
+        if demoted:
+            names = [n for n in names if n not in demoted]
+            full = _fit(selection, names)
+            windows = residuals(likelihood, full, likelihood.campaign.fit)
+            symptoms = find_symptoms(likelihood, full, windows) or symptoms
+    nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
+    return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes))
+
+
+def _fit(selection: Selection, names: Sequence[str]) -> Fit:
+    return selection.candidate(selection.declared | frozenset(names)).fit
+
+
+def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
+    steps = {"declared": _fit(selection, ())}
+    for i in range(len(names)):
+        allowed = frozenset(names[: i + 1]) | selection.declared
+        # an effect that needs a later one (time_offset needs G) comes into the model with it
+        needs = frozenset(need for n in allowed for need in selection.effects[n].needs)
+        steps[names[i]] = selection.candidate(allowed | needs).fit
+    steps["full"] = _fit(selection, names)
+    return steps
+
+
+def _survives(selection: Selection, best: Fit, name: str) -> bool:
+    """Whether, on every run left out in turn, the effect fitted on the others gains likelihood in sum."""
+    likelihood = selection.likelihood
+    dropped = frozenset(n for n in best.names if n == name or name in selection.effects[n].needs)
+    without = selection.candidate(best.names - dropped).fit
+    if not any(w.moving for r in likelihood.campaign.fit for w in r.windows):  # still poses only
+        return _left_out_poses(likelihood, best) < _left_out_poses(likelihood, without)
+    return _left_out(likelihood, best) > _left_out(likelihood, without)
+
+
+def _left_out_poses(likelihood: Likelihood, fit: Fit) -> float:
+    """Squared error of each pose's blocks predicted by least squares on the others."""
+    X = likelihood.block_columns(fit.templates)
+    index = likelihood.columns.index(fit.names)
+    total = 0.0
+    poses = np.unique(likelihood.blocks.run)
+    for pose in poses:
+        out = likelihood.blocks.run == pose
+        beta, bias = _solve_without(likelihood, X, index, ~out)
+        error = likelihood.blocks.rate[out] - X[out][:, :, index] @ beta - bias
+        total += float(np.sum(error**2))
+    return total
+
+
+def _solve_without(
+    likelihood: Likelihood, X: FloatArray, index: IntArray, keep: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    k = int(keep.sum())
+    columns = np.concatenate([X[keep][:, :, index], np.repeat(np.eye(3)[None], k, axis=0)], axis=2)
+    weight = np.sqrt(likelihood.blocks.duration[keep])
+    A = (columns * weight[:, None, None]).reshape(3 * k, -1)
+    y = (likelihood.blocks.rate[keep] * weight[:, None]).reshape(-1)
+    beta, *_ = np.linalg.lstsq(A, y, rcond=1e-9)
+    return beta[: len(index)], beta[len(index) :]
+
+
+def _left_out(likelihood: Likelihood, fit: Fit) -> float:
+    """Log-likelihood of every run's motion under coefficients from the other runs."""
+    grams = likelihood.fast.grams(fit.templates)
+    slow = likelihood.slow_gram(fit.templates, fit.drift)
+    total = slow
+    for gram in grams:
+        total = total + gram
+    index = likelihood.columns.index(fit.names)
+    value = 0.0
+    for gram in grams:
+        if gram.rows == 0:
+            continue
+        rest = Gram(total.xx - gram.xx, total.xy - gram.xy, total.yy - gram.yy, total.rows - gram.rows)
+        part, _, _ = solve(rest, index, likelihood.columns.groups)
+        xx = gram.xx[np.ix_(index, index)]
+        value -= 0.5 * (gram.yy - 2 * float(part @ gram.xy[index]) + float(part @ xx @ part))
+    return value
+
+
+def _removed_part(selection: Selection, full: Fit, name: str) -> float:
+    """Part of the drive-locked energy that the effect removes from the model without it."""
+    likelihood = selection.likelihood
+    dropped = frozenset(n for n in full.names if n == name or name in selection.effects[n].needs)
+    without = selection.candidate(full.names - dropped).fit
+    runs = likelihood.campaign.fit
+    before = order_energy([w for w in residuals(likelihood, without, runs) if w.window.moving]).locked()
+    after = order_energy([w for w in residuals(likelihood, full, runs) if w.window.moving]).locked()
+    return 1.0 - after / before if before > 0 else 1.0
+
+
+def _nearest(selection: Selection, full: Fit) -> list[str]:
+    """Effects that would explain some of the rest, best first."""
+    gains = []
+    for name in selection.effects:
+        names = full.names | {name}
+        if name in full.names or not selection.allowed(names):
+            continue
+        gain = 2 * (selection.candidate(names).fit.loglik - full.loglik)
+        if gain > RIVAL_LOGLIK:
+            gains.append((gain, name))
+    return [name for _, name in sorted(gains, reverse=True)]

@@ -1,0 +1,33 @@
+"""Linear g-sensitivity of the gyro."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, spec
+from gsense_fusion.identification.types import FloatArray, Owner
+
+
+class GSensitivity(Effect):
+    """G f: angular rate in proportion to the specific force (thesis ch. 3.10; its eq. 7.4 is one constrained G)."""
+
+    name = "g_sensitivity"
+    owner = Owner.SENSOR
+    equation = "G f"
+    source = "thesis eq. 7.4; Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation, ch. 4"
+    parameters = spec("g_xx g_xy g_xz g_yx g_yy g_yz g_zx g_zy g_zz", "(rad/s)/(m/s^2)")
+    separating_run = "board_turned_180"
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs the accelerometer, for the mounting."""
+        return "no accelerometer: the direction of the specific force is unknown" if drivers.specific_force is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Row i of G times the specific force, shape (n, 3, 9)."""
+        force = drivers.specific_force
+        n = len(drivers)
+        out = np.zeros((n, 3, 9))
+        if force is not None:
+            for axis in range(3):
+                out[:, axis, 3 * axis : 3 * axis + 3] = force
+        return out

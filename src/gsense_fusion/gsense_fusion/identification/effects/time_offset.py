@@ -1,0 +1,39 @@
+"""The gyro's samples are later than the accelerometer's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec
+from gsense_fusion.identification.types import FloatArray, Owner
+
+
+class TimeOffset(Effect):
+    """G f(t - tau): everything that the gyro shows of the motion comes tau later than in the accelerometer.
+
+    It has no regressors of its own: tau shifts those of the other effects. A delay common to the whole IMU is no finding.
+    """
+
+    name = "time_offset"
+    owner = Owner.CHAIN
+    equation = "G f(t - tau)"
+    source = "unequal filters, FIFO ages or bus reads of gyro and accelerometer; 0.4 to 40 ms"
+    parameters = ()
+    templates = (
+        TemplateSpec(
+            "tau", "s", "gyro_delay_s", tuple(float(x) for x in np.linspace(-0.03, 0.09, 25)), -0.05, 0.15, owns_effect=True
+        ),
+    )
+    needs = ("g_sensitivity",)
+    separating_run = None
+    every_run = False
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs motion, and the accelerometer as the other clock."""
+        if not drivers.kinematics.velocity.any():
+            return "no motion along a rail"
+        return "no accelerometer: nothing to compare the gyro's time with" if drivers.specific_force is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """No columns, shape (n, 3, 0)."""
+        return np.zeros((len(drivers), 3, 0))

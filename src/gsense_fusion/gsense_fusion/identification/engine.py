@@ -1,0 +1,152 @@
+"""Closing the loop, step by step: which effects the declared model lacks, and what they change on runs not seen."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsense_fusion.bags.run import Run
+from gsense_fusion.identification.campaign import Campaign, DriverSource, build_campaign
+from gsense_fusion.identification.claims import Claims, judge
+from gsense_fusion.identification.earth import Site, without_earth_rate
+from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.folds import make_folds
+from gsense_fusion.identification.integrity import CleanRun, clean_runs
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.metrics import Held
+from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.rest import noise_at_rest
+from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.selection import Selection
+from gsense_fusion.identification.stillness import expand_still
+from gsense_fusion.identification.types import IdentificationError, Role
+
+UNDECIDED = "could not be decided"
+Progress = Callable[[str, float], None]
+"""Called with what is being done and the part of the work that is done (0 to 1)."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What the caller may choose."""
+
+    sensor: str
+    declared: tuple[str, ...] = ("bias", "g_sensitivity")
+    catalogue: tuple[Effect, ...] = CATALOGUE
+    site: Site | None = None
+    """Where the rig stands; without it earth rate is a constant of each mounting."""
+
+
+@dataclass(frozen=True, eq=False)
+class Analysis:
+    """Everything the assembly of the result needs."""
+
+    settings: Settings
+    clean: tuple[CleanRun, ...]
+    campaign: Campaign
+    noise: dict[int, NoiseModel]
+    likelihood: Likelihood
+    selection: Selection
+    declared: Fit
+    claims: Claims
+    folds: tuple[Held, ...]
+    notes: tuple[str, ...]
+
+
+def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: Progress | None = None) -> LoopResult:
+    """Find what the declared model lacks.
+
+    Args:
+        runs: The runs with their roles; without a held-out one, each is held out in turn.
+        settings: Sensor, declared effects and catalogue.
+        progress: Where to say how far the work is.
+
+    Raises:
+        IdentificationError: The input is unusable; one line says why.
+
+    """
+    from gsense_fusion.identification.assembly import assemble  # noqa: PLC0415  (it needs Analysis)
+
+    say = progress or (lambda _text, _part: None)
+    return assemble(_analyse(runs, settings, say), say)
+
+
+def _analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress) -> Analysis:
+    _check_declared(settings)
+    say("grid, losses and sessions", 0.02)
+    clean = clean_runs(runs)
+    say("motion, mounting and delay", 0.05)
+    campaign = build_campaign(split_single(expand_still(clean)))
+    if settings.site is not None:
+        campaign = without_earth_rate(campaign, settings.site)
+    if not campaign.fit:
+        raise IdentificationError("every run is held out: name runs to fit with --fit")
+    say("noise at rest", 0.15)
+    noise, notes = noise_at_rest(campaign)
+    source = DriverSource(campaign)
+    effects, undecidable = decidable(settings.catalogue, campaign, source)
+    likelihood = Likelihood(campaign, source, effects, noise)
+    base = frozenset(n for n in settings.declared if n != "bias" and n in likelihood.columns.start)
+    selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
+    best = selection.search()
+    say("is anything left?", 0.7)
+    claims = judge(selection, best.fit)
+    declared = selection.candidate(base).fit
+    folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
+    if not folds:
+        raise IdentificationError(f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs")
+    return Analysis(
+        settings, tuple(clean), campaign, noise, likelihood, selection, declared, claims, tuple(folds), notes + undecidable
+    )
+
+
+def _check_declared(settings: Settings) -> None:
+    known = {effect.name for effect in settings.catalogue} | {"bias"}
+    unknown = [n for n in settings.declared if n not in known]
+    if unknown:
+        raise IdentificationError(f"--declared {unknown[0]}: no such effect; known are {', '.join(sorted(known))}")
+
+
+def split_single(runs: Sequence[CleanRun]) -> list[CleanRun]:
+    """A single run is halved, so that each half can be judged by a model that saw only the other."""
+    if len(runs) != 1:
+        return list(runs)
+    run = runs[0]
+    middle = len(run) // 2
+    halves = []
+    for number, cut in enumerate((slice(0, middle), slice(middle, None))):
+        time = run.time[cut]
+        inside = None if run.pose_time is None else (run.pose_time >= time[0] - 0.5) & (run.pose_time <= time[-1] + 0.5)
+        halves.append(
+            replace(
+                run,
+                name=f"{run.name} half {number + 1}",
+                time=time,
+                angular_rate=run.angular_rate[cut],
+                specific_force=run.specific_force[cut],
+                valid=run.valid[cut],
+                pose_time=None if run.pose_time is None or inside is None else run.pose_time[inside],
+                pose=None if run.pose is None or inside is None else run.pose[inside],
+                temperature=None if run.temperature is None else run.temperature[cut],
+            )
+        )
+    return halves
+
+
+def decidable(
+    catalogue: tuple[Effect, ...], campaign: Campaign, source: DriverSource
+) -> tuple[tuple[Effect, ...], tuple[str, ...]]:
+    """The effects that these runs can show at all, and for the others what is missing."""
+    kept: list[Effect] = []
+    lacking: list[str] = []
+    drivers = [source.of(r, Templates()) for r in campaign.fit]
+    for effect in catalogue:
+        reasons = [reason for reason in (effect.missing(d) for d in drivers) if reason is not None]
+        if reasons and (effect.every_run or len(reasons) == len(drivers)):
+            lacking.append(f"{effect.name} {UNDECIDED}: {reasons[0]}")
+        elif all(any(e.name == need for e in catalogue) for need in effect.needs):
+            kept.append(effect)
+    return tuple(kept), tuple(lacking)

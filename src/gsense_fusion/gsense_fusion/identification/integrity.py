@@ -1,0 +1,171 @@
+"""The layer before any fit: uniform sample grid, losses, clipping, sessions.
+
+Everything later works in the frequency domain and needs equidistant samples; a loss that is not seen here would look like
+a phase effect there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gsense_fusion.bags.run import Run, ScalarSeries
+from gsense_fusion.identification.types import BoolArray, FloatArray, IdentificationError, IntArray, Role
+
+SESSION_GAP_S = 60.0
+MIN_SAMPLES = 200
+MIN_CLIPPED = 5
+FULL_SCALES_DEG_S = (125.0, 250.0, 300.0, 500.0, 1000.0, 2000.0)
+
+
+@dataclass(frozen=True)
+class CleanRun:
+    """One run on a uniform grid; time in s since the campaign's first sample."""
+
+    name: str
+    path: str
+    role: Role
+    session: int
+    time: FloatArray
+    """Shape (n,), equidistant."""
+    rate_hz: float
+    angular_rate: FloatArray
+    """rad/s, shape (n, 3), sensor axes; lost samples interpolated, axes that do not exist zero."""
+    specific_force: FloatArray
+    """m/s^2, shape (n, 3), sensor axes; NaN where the sensor has no accelerometer."""
+    valid: BoolArray
+    """False where a sample was lost, shape (n,)."""
+    axes: tuple[int, ...]
+    """The gyro axes that exist."""
+    lost: int
+    received: int
+    pose_time: FloatArray | None
+    """Encoder stamps in s, shape (m,)."""
+    pose: FloatArray | None
+    """Carriage position in m, shape (m,)."""
+    temperature: FloatArray | None
+    """Die temperature on the grid in degrees Celsius, smoothed, shape (n,)."""
+    unit_id: str | None = None
+    notes: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+    @property
+    def has_rig(self) -> bool:
+        """Whether the encoder's position is known."""
+        return self.pose is not None
+
+
+def clean_runs(runs: Sequence[tuple[Run, Role]]) -> list[CleanRun]:
+    """Put the runs on uniform grids and number their sessions, in order of time.
+
+    Raises:
+        IdentificationError: A run is too short, or its stamps make no grid.
+
+    """
+    ordered = sorted(runs, key=lambda item: int(item[0].imu.stamp_ns[0]) if len(item[0].imu) else 0)
+    if not ordered:
+        raise IdentificationError("no runs given: name at least one bag with --fit")
+    epoch = int(ordered[0][0].imu.stamp_ns[0]) if len(ordered[0][0].imu) else 0
+    out: list[CleanRun] = []
+    session = 0
+    for run, role in ordered:
+        clean = _clean(run, role, epoch)
+        if out and clean.time[0] - out[-1].time[-1] > SESSION_GAP_S:
+            session += 1
+        out.append(replace(clean, session=session))
+    return out
+
+
+def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
+    imu = run.imu
+    if len(imu) < MIN_SAMPLES:
+        raise IdentificationError(f"{run.path}: only {len(imu)} samples on {run.topic}; record at least {MIN_SAMPLES}")
+    index, period = grid_index(imu.stamp_ns)
+    n = int(index[-1]) + 1
+    if n > 3 * len(imu):
+        raise IdentificationError(
+            f"{run.path}: {run.topic} has {len(imu)} samples where its stamps make room for {n}; "
+            "the stamps are not those of one steady stream"
+        )
+    offset = _grid_offset(imu.stamp_ns, index, period)
+    stamps = (imu.stamp_ns - epoch_ns) * 1e-9
+    time = (stamps[0] + offset) + np.arange(n) * period
+    valid = np.zeros(n, dtype=bool)
+    valid[index] = True
+    axes = tuple(i for i in range(3) if imu.rate_axes[i] and np.isfinite(imu.angular_rate[:, i]).all())
+    if not axes:
+        raise IdentificationError(f"{run.path}: {run.topic} reports no angular rate")
+    rate = np.zeros((n, 3))
+    force = np.full((n, 3), np.nan)
+    grid = np.arange(n)
+    for axis in range(3):
+        if axis in axes:
+            rate[:, axis] = np.interp(grid, index, imu.angular_rate[:, axis])
+        force[:, axis] = np.interp(grid, index, imu.specific_force[:, axis])
+    return CleanRun(
+        name=run.name,
+        path=str(run.path),
+        role=role,
+        session=0,
+        time=time,
+        rate_hz=1.0 / period,
+        angular_rate=rate,
+        specific_force=force,
+        valid=valid,
+        axes=axes,
+        lost=n - len(imu),
+        received=len(imu),
+        pose_time=None if run.pose is None else (run.pose.stamp_ns - epoch_ns) * 1e-9,
+        pose=None if run.pose is None else run.pose.position,
+        temperature=_smooth(run.temperature, epoch_ns, time),
+        unit_id=run.unit_id,
+        notes=run.notes + _clipping_notes(imu.angular_rate, axes),
+    )
+
+
+def grid_index(stamp_ns: IntArray) -> tuple[IntArray, float]:
+    """Number the samples on a uniform grid; a lost sample leaves its number out.
+
+    Args:
+        stamp_ns: Strictly increasing stamps, shape (n,).
+
+    Returns:
+        The grid number of each sample, shape (n,), and the period in s.
+
+    """
+    steps = np.diff(stamp_ns).astype(float)
+    nominal = float(np.median(steps))
+    index = np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(steps / nominal)))]).astype(np.int64)
+    slope = np.polyfit(index.astype(float), (stamp_ns - stamp_ns[0]).astype(float), 1)[0]
+    return index, float(slope) * 1e-9
+
+
+def _grid_offset(stamp_ns: IntArray, index: IntArray, period: float) -> float:
+    """Mean of stamp minus grid in s: the jitter of one stamp must not shift the whole run."""
+    return float(np.mean((stamp_ns - stamp_ns[0]) * 1e-9 - index * period))
+
+
+def _smooth(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> FloatArray | None:
+    """A cubic in time per run: the die's heat capacity makes it slow, and raw noise would lose to 'drift'."""
+    if series is None or len(series.stamp_ns) < 4:
+        return None
+    stamps = (series.stamp_ns - epoch_ns) * 1e-9
+    middle, half = float(time.mean()), max(float(np.ptp(time)) / 2, 1e-3)
+    order = 3 if len(stamps) >= 40 else 1
+    fit = np.polynomial.Polynomial.fit(stamps, series.value, order, domain=[middle - half, middle + half])
+    return np.asarray(fit(time), dtype=float)
+
+
+def _clipping_notes(rate: FloatArray, axes: tuple[int, ...]) -> tuple[str, ...]:
+    notes = []
+    for axis in axes:
+        peak = float(np.max(np.abs(rate[:, axis])))
+        at_peak = int(np.sum(np.abs(rate[:, axis]) >= peak * (1 - 1e-9)))
+        near_scale = any(abs(np.degrees(peak) / scale - 1.0) < 0.01 for scale in FULL_SCALES_DEG_S)
+        if at_peak >= MIN_CLIPPED and near_scale:
+            notes.append(f"gyro {'xyz'[axis]} clipped at {np.degrees(peak):.0f} deg/s on {at_peak} samples")
+    return tuple(notes)

@@ -1,0 +1,152 @@
+"""How the board sits on the carriage and how late its samples are: read from gravity and from the accelerometer in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gsense_fusion.identification.integrity import CleanRun
+from gsense_fusion.identification.motion import CarriageMotion
+from gsense_fusion.identification.types import GRAVITY, FloatArray
+
+SAME_MOUNTING_RAD = 0.14
+"""Two runs whose gravity and rail directions differ by less (8 degrees) are one mounting."""
+DELAY_ITERATIONS = 4
+OWN_DELAY_STDERR_S = 3e-4
+"""A run whose own delay is known better than this shows its own; the others show the campaign's."""
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How much later than the encoder's the IMU's samples are, s."""
+
+    value: float
+    stderr: float
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """One way the board was mounted; unit vectors in the sensor's axes, shape (3,)."""
+
+    up: FloatArray
+    along: FloatArray | None
+    """Direction of the rail (positive position); None where no run of this mounting moved."""
+    gravity: float = GRAVITY
+    """Mean norm of the specific force at rest, m/s^2."""
+
+    @property
+    def sensor_from_rail(self) -> FloatArray | None:
+        """Rotation from rail axes (x along the rail, z up) to the sensor's axes, shape (3, 3)."""
+        if self.along is None:
+            return None
+        x = self.along / np.linalg.norm(self.along)
+        z = self.up - x * float(x @ self.up)
+        z /= np.linalg.norm(z)
+        return np.column_stack([x, np.cross(z, x), z])
+
+
+@dataclass(frozen=True)
+class RunGeometry:
+    """Accelerometer against encoder in one run."""
+
+    mean_force: FloatArray
+    """Specific force without the drive, m/s^2, shape (3,)."""
+    along: FloatArray | None
+    """d(specific force)/d(acceleration along the rail), shape (3,); its norm is the accelerometer's scale against the encoder's."""
+    delay: Delay | None
+
+
+@dataclass
+class _Cluster:
+    up: list[FloatArray] = field(default_factory=list)
+    norm: list[float] = field(default_factory=list)
+    along: list[tuple[FloatArray, float]] = field(default_factory=list)
+    members: list[int] = field(default_factory=list)
+
+
+def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
+    """Rest direction, rail direction and delay of one run, by regression of the specific force on [1, a, j]."""
+    force = run.specific_force
+    if not np.isfinite(force).all():
+        return RunGeometry(np.full(3, np.nan), None, None)
+    if motion is None or motion.steady is None:
+        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None)
+    inside = (run.time >= motion.steady.start + 0.1) & (run.time <= motion.steady.stop - 0.1) & run.valid
+    delay, mean, slope, stderr = 0.0, np.zeros(3), np.zeros(3), np.inf
+    for _ in range(DELAY_ITERATIONS):
+        kin = motion.at(run.time[inside] - delay)
+        X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
+        beta, *_ = np.linalg.lstsq(X, force[inside], rcond=None)
+        mean, slope = beta[0], beta[1]
+        size = float(slope @ slope)
+        if size < 0.25:  # the accelerometer does not see the motion: not on this carriage
+            return RunGeometry(mean, None, None)
+        # f(t - d) = f(t) - d f'(t): the coefficient on the jerk along the rail is -d
+        delay -= float(beta[2] @ slope) / size
+        noise = float(np.mean(np.std(force[inside] - X @ beta, axis=0)))
+        stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2)))
+    return RunGeometry(mean, slope, Delay(delay, stderr))
+
+
+def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
+    """Weighted mean of the runs' delays; zero with infinite uncertainty where no run moves."""
+    known = [g.delay for g in geometry if g.delay is not None]
+    if not known:
+        return Delay(0.0, float("inf"))
+    weight = np.array([1.0 / d.stderr**2 for d in known])
+    value = float(np.average([d.value for d in known], weights=weight))
+    return Delay(value, float(1.0 / np.sqrt(weight.sum())))
+
+
+def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], list[int | None]]:
+    """Group the runs by mounting.
+
+    Returns:
+        The mountings and, for each run, the number of its mounting (None where the sensor has no accelerometer).
+
+    """
+    clusters: list[_Cluster] = []
+    member: list[int | None] = [None] * len(geometry)
+    order = sorted(range(len(geometry)), key=lambda i: geometry[i].along is None)  # runs that move first
+    for i in order:
+        g = geometry[i]
+        norm = float(np.linalg.norm(g.mean_force))
+        if not np.isfinite(norm) or norm < 1.0:
+            continue
+        up = g.mean_force / norm
+        along = None if g.along is None else g.along / np.linalg.norm(g.along)
+        number = next((k for k, c in enumerate(clusters) if _fits(c, up, along)), None)
+        if number is None:
+            clusters.append(_Cluster())
+            number = len(clusters) - 1
+        cluster = clusters[number]
+        cluster.up.append(up)
+        cluster.norm.append(norm)
+        cluster.members.append(i)
+        if along is not None and g.delay is not None:
+            cluster.along.append((along, 1.0 / g.delay.stderr**2))
+        member[i] = number
+    return [_mounting(c) for c in clusters], member
+
+
+def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None) -> bool:
+    if _angle(np.mean(cluster.up, axis=0), up) > SAME_MOUNTING_RAD:
+        return False
+    if along is None or not cluster.along:
+        return True
+    return _angle(np.mean([a for a, _ in cluster.along], axis=0), along) < SAME_MOUNTING_RAD
+
+
+def _mounting(cluster: _Cluster) -> Mounting:
+    up = np.mean(cluster.up, axis=0)
+    along = None
+    if cluster.along:
+        along = np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along])
+        along = along / np.linalg.norm(along)
+    return Mounting(up / np.linalg.norm(up), along, float(np.mean(cluster.norm)))
+
+
+def _angle(a: FloatArray, b: FloatArray) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

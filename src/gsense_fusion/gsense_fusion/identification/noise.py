@@ -1,0 +1,156 @@
+"""The gyro's noise spectrum from rest: white + flicker + random walk by Whittle likelihood below 4 Hz, smoothed above.
+
+What is there at rest is noise, not a missing effect: tones at rest are notched and listed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from gsense_fusion.identification.types import BoolArray, FloatArray
+
+PARAMETRIC_BELOW_HZ = 4.0
+ORDINATES_PER_BAND = 40
+TONE_FALSE_ALARM = 1e-4
+_FLOOR = 1e-18
+
+
+@dataclass(frozen=True)
+class NoiseModel:
+    """One-sided power spectral density of one gyro axis in (rad/s)^2/Hz: white + flicker/f + walk/f^2, times a shape."""
+
+    white: float
+    """(rad/s)^2/Hz."""
+    flicker: float
+    """(rad/s)^2."""
+    walk: float
+    """(rad/s)^2 Hz; a rate random walk q in rad/s/sqrt(s) has walk = q^2 / (2 pi^2)."""
+    shape_hz: FloatArray
+    shape: FloatArray
+    """Ratio of the smoothed spectrum to the parametric one at `shape_hz` (the sensor's filter)."""
+    tones_hz: tuple[float, ...] = ()
+
+    def psd(self, frequency: FloatArray) -> FloatArray:
+        """One-sided density at the frequencies in Hz (> 0)."""
+        f = np.maximum(frequency, 1e-6)
+        base = self.white + self.flicker / f + self.walk / f**2
+        return np.asarray(base * np.interp(f, self.shape_hz, self.shape))
+
+    def usable(self, frequency: FloatArray, resolution_hz: float) -> BoolArray:
+        """False around the tones that are there at rest too."""
+        keep = np.ones(len(frequency), dtype=bool)
+        for tone in self.tones_hz:
+            keep &= np.abs(frequency - tone) > 1.5 * resolution_hz + 0.01
+        return keep
+
+
+@dataclass(frozen=True)
+class Periodogram:
+    """Ordinates of one window without its mean and trend."""
+
+    frequency: FloatArray
+    power: FloatArray
+    """One-sided, (rad/s)^2/Hz."""
+
+
+def periodogram(series: FloatArray, rate_hz: float) -> Periodogram:
+    """One-sided periodogram of a window, mean and straight line removed, without the zero frequency."""
+    n = len(series)
+    t = np.linspace(-1, 1, n)
+    residual = series - series.mean() - t * float(t @ series) / float(t @ t)
+    spectrum = np.fft.rfft(residual)
+    return Periodogram(np.fft.rfftfreq(n, 1 / rate_hz)[1:], 2 * np.abs(spectrum[1:]) ** 2 / (rate_hz * n))
+
+
+def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[BoolArray] | None = None) -> NoiseModel:
+    """Fit the model of one axis to windows at rest.
+
+    Args:
+        windows: Series in rad/s, each of shape (n_i,).
+        rate_hz: Sample rate.
+        masks: For each window which ordinates count (drive orders excluded); all where None.
+
+    """
+    grams = [periodogram(w, rate_hz) for w in windows]
+    frequency = np.concatenate([g.frequency for g in grams])
+    power = np.maximum(np.concatenate([g.power for g in grams]), _FLOOR)
+    if masks is not None:
+        keep = np.concatenate(list(masks))
+        frequency, power = frequency[keep], power[keep]
+    order = np.argsort(frequency, kind="stable")
+    frequency, power = frequency[order], power[order]
+    low = frequency < PARAMETRIC_BELOW_HZ
+    white, flicker, walk = _whittle(frequency[low], power[low])
+    shape_hz, shape = _shape(frequency, power, (white, flicker, walk))
+    model = NoiseModel(white, flicker, walk, shape_hz, shape)
+    return _with_tones(model, grams)
+
+
+def _whittle(frequency: FloatArray, power: FloatArray) -> tuple[float, float, float]:
+    """Maximum of the Whittle likelihood over positive white, flicker and walk."""
+    level = float(np.mean(power))
+
+    def cost(p: FloatArray) -> tuple[float, FloatArray]:
+        e = np.exp(p)
+        parts = np.stack([np.full_like(frequency, e[0]), e[1] / frequency, e[2] / frequency**2])
+        s = parts.sum(axis=0)
+        return float(np.sum(np.log(s) + power / s)), parts @ (1 / s - power / s**2)
+
+    start = np.log([level, level * 1e-2, level * 1e-4])
+    bounds = [(np.log(level * 1e-3), np.log(level * 30)), (np.log(level * 1e-7), np.log(level * 10))]
+    bounds.append((np.log(level * 1e-9), np.log(level * 10)))
+    best = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds).x
+    return float(np.exp(best[0])), float(np.exp(best[1])), float(np.exp(best[2]))
+
+
+def _shape(frequency: FloatArray, power: FloatArray, base: tuple[float, float, float]) -> tuple[FloatArray, FloatArray]:
+    """Smoothed ratio above 4 Hz in bands of equal numbers of ordinates at least a twelfth of an octave wide."""
+    high = frequency >= PARAMETRIC_BELOW_HZ
+    f, p = frequency[high], power[high]
+    if len(f) < ORDINATES_PER_BAND:
+        return np.array([PARAMETRIC_BELOW_HZ]), np.array([1.0])
+    ratio = p / (base[0] + base[1] / f + base[2] / f**2)
+    edges = [0]
+    while edges[-1] < len(f):
+        start = edges[-1]
+        wide = int(np.searchsorted(f, f[start] * 2 ** (1 / 12)))
+        edges.append(min(len(f), max(wide, start + ORDINATES_PER_BAND)))
+    if len(edges) > 2 and edges[-1] - edges[-2] < ORDINATES_PER_BAND:
+        del edges[-2]
+    centres = [PARAMETRIC_BELOW_HZ]
+    values = [1.0]
+    for a, b in zip(edges[:-1], edges[1:], strict=True):
+        centres.append(float(np.mean(f[a:b])))
+        # the median is blind to tones; for exponential ordinates it is ln 2 of the mean
+        values.append(float(np.median(ratio[a:b]) / np.log(2)) if b - a < 200 else float(np.mean(_trim(ratio[a:b]))))
+    return np.array(centres), np.array(values)
+
+
+def _trim(ratio: FloatArray) -> FloatArray:
+    limit = 12.0 * float(np.median(ratio)) / np.log(2)
+    return np.minimum(ratio, limit)
+
+
+def _with_tones(model: NoiseModel, grams: Sequence[Periodogram]) -> NoiseModel:
+    tones: list[float] = []
+    for gram in grams:
+        excess = gram.power / model.psd(gram.frequency)
+        threshold = np.log(len(excess) / TONE_FALSE_ALARM)
+        strong = np.flatnonzero((excess > threshold) & (gram.frequency > 1.0))
+        tones.extend(float(gram.frequency[i]) for i in strong)
+    unique: list[float] = []
+    for tone in sorted(tones):
+        if not unique or tone - unique[-1] > 0.05:
+            unique.append(tone)
+    return NoiseModel(model.white, model.flicker, model.walk, model.shape_hz, model.shape, tuple(unique))
+
+
+def scaled(model: NoiseModel, factor: float) -> NoiseModel:
+    """The same spectrum with its power multiplied."""
+    return NoiseModel(
+        model.white * factor, model.flicker * factor, model.walk * factor, model.shape_hz, model.shape, model.tones_hz
+    )

@@ -1,0 +1,78 @@
+"""What a fitted model says of a run, and the residual with one bias a session."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsense_fusion.identification.campaign import DriverSource, RunData
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.likelihood import Fit
+from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.whitened import Columns
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A model ready to predict: which columns with which coefficients at which template values."""
+
+    label: str
+    beta: FloatArray
+    templates: Templates
+
+    @staticmethod
+    def of(label: str, fit: Fit) -> Prediction:
+        """From a fit."""
+        return Prediction(label, fit.beta, fit.templates)
+
+
+class Predictor:
+    """Rates that models predict, bias excluded."""
+
+    def __init__(self, effects: tuple[Effect, ...], source: DriverSource) -> None:
+        """Take the catalogue in the order of the coefficients."""
+        self._effects = effects
+        self._source = source
+        self._columns = Columns.of(effects)
+
+    def rate(self, data: RunData, model: Prediction, owners: frozenset[Owner] | None = None) -> FloatArray:
+        """Predicted angular rate without bias, rad/s, shape (n, 3); only effects of these owners where given."""
+        drivers = self._source.of(data, model.templates)
+        out = np.zeros((len(drivers), 3))
+        for effect in self._effects:
+            if owners is not None and effect.owner not in owners:
+                continue
+            first = self._columns.start[effect.name]
+            beta = model.beta[first : first + len(effect.parameters)]
+            if beta.any():
+                out += effect.design(drivers) @ beta
+        return out
+
+    def without(self, data: RunData, model: Prediction) -> FloatArray:
+        """Measured minus predicted rate, bias still in it, shape (n, 3)."""
+        return np.asarray(data.run.angular_rate - self.rate(data, model))
+
+
+def session_biases(runs: Sequence[RunData], remains: Mapping[RunData, FloatArray]) -> dict[int, FloatArray]:
+    """One bias a session: from its fit runs; a session without any from its first still stretch, else from all of it.
+
+    Args:
+        runs: All runs.
+        remains: Measured minus predicted of each run, (n, 3).
+
+    Returns:
+        Bias by session, rad/s, shape (3,).
+
+    """
+    out: dict[int, FloatArray] = {}
+    for session in sorted({r.run.session for r in runs}):
+        members = [r for r in runs if r.run.session == session]
+        fitted = [remains[r] for r in members if r.is_fit]
+        if fitted:
+            out[session] = np.concatenate(fitted).mean(axis=0)
+            continue
+        rest = next((remains[r][w.start : w.stop] for r in members for w in r.windows if not w.moving), None)
+        out[session] = (np.concatenate([remains[r] for r in members]) if rest is None else rest).mean(axis=0)
+    return out

@@ -1,0 +1,132 @@
+"""Slow part of the likelihood: block means under a Gaussian process of flicker noise and random walk.
+
+A constant bias over drift that is not modelled makes false g-sensitivity, and polynomials are no better. Block means carry
+what changes slowly (temperature, supply, drift); their covariance is white + flicker + random walk with strengths that
+maximise the marginal likelihood (bias of each session unknown), so an effect must explain more than drift does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize
+
+from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.types import FloatArray, IntArray
+from gsense_fusion.identification.whitened import Gram
+
+OU_RATIO = 3.0
+FASTEST_OU_S = 3.0
+EARTH_VARIANCE = 7.292115e-5**2 / 3.0
+"""(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board whose heading is not known; it turns with the mounting."""
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Means over blocks of the fit runs, in order of time."""
+
+    time: FloatArray
+    """Middle of each block in s, shape (b,)."""
+    duration: FloatArray
+    """s, shape (b,)."""
+    rate: FloatArray
+    """Mean angular rate, rad/s, shape (b, 3)."""
+    session: IntArray
+    run: IntArray
+    """Number of the run among the fit runs, shape (b,)."""
+    pose: IntArray
+    """Number of the mounting: earth rate is constant within one, shape (b,)."""
+
+    def __len__(self) -> int:
+        return len(self.time)
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Strengths of one axis' slow noise: flicker (rad/s)^2 and walk in (rad/s)^2/s (variance rate)."""
+
+    flicker: float
+    walk: float
+
+
+class SlowNoise:
+    """Covariance of the block means of one axis."""
+
+    def __init__(self, blocks: Blocks, white_psd: float) -> None:
+        """Prepare the kernels.
+
+        Args:
+            blocks: The blocks, shape (b,).
+            white_psd: One-sided white density in (rad/s)^2/Hz.
+
+        """
+        gap = np.abs(blocks.time[:, None] - blocks.time[None])
+        total = max(float(np.ptp(blocks.time)), 10.0)
+        same = blocks.session[:, None] == blocks.session[None]
+        count = max(2, int(np.ceil(np.log(10 * total / FASTEST_OU_S) / np.log(OU_RATIO))))
+        taus = FASTEST_OU_S * OU_RATIO ** np.arange(count)
+        self.white = np.diag(white_psd / (2.0 * blocks.duration)) + EARTH_VARIANCE * (
+            blocks.pose[:, None] == blocks.pose[None]
+        )
+        # OU processes of equal variance, log-spaced, sum to a 1/f density: variance of each = flicker * ln(ratio)
+        self.flicker = np.log(OU_RATIO) * same * sum(np.exp(-gap / tau) for tau in taus)
+        origin = np.array([blocks.time[blocks.session == s].min() for s in blocks.session])
+        start = blocks.time - origin
+        self.walk = same * np.minimum(start[:, None], start[None])
+        self.sessions = np.stack([blocks.session == s for s in np.unique(blocks.session)], axis=1).astype(float)
+        self.white_psd = white_psd
+
+    def covariance(self, drift: Drift) -> FloatArray:
+        """Shape (b, b)."""
+        return np.asarray(self.white + drift.flicker * self.flicker + drift.walk * self.walk)
+
+    def factor(self, drift: Drift) -> tuple[FloatArray, bool]:
+        """Cholesky factor of the covariance."""
+        K = self.covariance(drift)
+        return cho_factor(K + np.eye(len(K)) * 1e-12 * np.trace(K) / len(K), lower=True)
+
+    def loglik(self, residual: FloatArray, drift: Drift) -> float:
+        """Marginal log-likelihood of a residual (b,), each session's bias integrated out."""
+        factor = self.factor(drift)
+        solved = cho_solve(factor, np.column_stack([residual, self.sessions]))
+        a, H = solved[:, 0], solved[:, 1:]
+        hh = self.sessions.T @ H
+        hr = self.sessions.T @ a
+        quad = float(residual @ a) - float(hr @ np.linalg.solve(hh, hr))
+        logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
+        return -0.5 * (quad + logdet)
+
+    def estimate(self, residual: FloatArray, start: Drift) -> Drift:
+        """Drift strengths of maximum marginal likelihood."""
+        scale = self.white_psd
+        low = np.log([scale * 1e-6, scale * 1e-9])
+        high = np.log([scale * 1e3 + 1e-30, scale * 1e3 + 1e-30])
+
+        def cost(p: FloatArray) -> float:
+            return -self.loglik(residual, Drift(float(np.exp(p[0])), float(np.exp(p[1]))))
+
+        first = np.clip(np.log([max(start.flicker, 1e-30), max(start.walk, 1e-30)]), low, high)
+        bounds = list(zip(low, high, strict=True))
+        best = minimize(cost, first, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40, "eps": 1e-3})
+        return Drift(float(np.exp(best.x[0])), float(np.exp(best.x[1])))
+
+    def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:
+        """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""
+        factor = self.factor(drift)
+        both = np.column_stack([X, y])
+        solved = cho_solve(factor, np.column_stack([both, self.sessions]))
+        k = both.shape[1]
+        H = solved[:, k:]
+        hh = self.sessions.T @ H
+        cross = self.sessions.T @ solved[:, :k]
+        full = both.T @ solved[:, :k] - cross.T @ np.linalg.solve(hh, cross)
+        p = X.shape[1]
+        return Gram(full[:p, :p], full[:p, p], float(full[p, p]), len(y) - self.sessions.shape[1])
+
+
+def initial_drift(noise: Mapping[int, NoiseModel]) -> dict[int, Drift]:
+    """Drift as the rest records say: walk in the PSD is q^2 / (2 pi^2) / f^2."""
+    return {axis: Drift(model.flicker, model.walk * 2 * np.pi**2) for axis, model in noise.items()}

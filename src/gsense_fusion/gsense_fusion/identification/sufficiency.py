@@ -1,0 +1,230 @@
+"""Is anything left? Tests of the residual against the noise model, each with its number of looks accounted for.
+
+A whole family of tests may raise a false alarm with the probability `FAMILY_ALPHA`; the families share it equally.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.stats import chi2, norm
+
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
+from gsense_fusion.identification.types import AXES, FloatArray
+
+FAMILY_ALPHA = 0.004
+FAMILIES = 5
+BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
+MODEL_ERROR = 0.02
+"""The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
+
+
+@dataclass(frozen=True)
+class Symptom:
+    """Something that the complete model does not explain."""
+
+    kind: str
+    """orders, lines, band, intensity or step."""
+    axes: tuple[str, ...]
+    p_value: float
+    rate_rms: float
+    """Of the unexplained part in rad/s, averaged over the windows in motion and root-summed over axes."""
+    frequencies: tuple[float, ...]
+    """rad/s; empty for broadband and slow symptoms."""
+    description: str
+
+
+@dataclass(frozen=True)
+class OrderEnergy:
+    """Drive-locked energy of the residual."""
+
+    order: FloatArray
+    energy: FloatArray
+    """Sum over windows, shape (orders, 3)."""
+    amplitude_squared: FloatArray
+    """Mean over windows of the squared amplitude, (rad/s)^2, shape (orders, 3)."""
+    windows: FloatArray
+    """Windows that reach the order, shape (orders,)."""
+
+    def locked(self) -> float:
+        """Energy above what noise alone would have there."""
+        degrees = 2.0 * self.windows[:, None] * (self.energy > 0)
+        return float(np.sum(np.maximum(self.energy - degrees, 0.0)))
+
+
+def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
+    """Energy at the half-orders 1/2 to 10 of the drive, pooled over the moving windows."""
+    energy = np.zeros((len(HALF_ORDERS), 3))
+    square = np.zeros_like(energy)
+    count = np.zeros(len(HALF_ORDERS))
+    for residual in windows:
+        w = residual.angular_frequency
+        if w is None:
+            continue
+        for i, order in enumerate(HALF_ORDERS):
+            f = order * w / (2 * np.pi)
+            if residual.frequency[0] <= f <= residual.frequency[-1]:
+                e, a = line_energy(residual, f)
+                energy[i] += e
+                square[i] += a
+                count[i] += 1
+    return OrderEnergy(HALF_ORDERS, energy, square / np.maximum(count, 1)[:, None], count)
+
+
+def find_symptoms(likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual]) -> list[Symptom]:
+    """All families of tests; a list of what failed, most significant first."""
+    alpha = FAMILY_ALPHA / FAMILIES
+    moving = [w for w in windows if w.window.moving]
+    still = [w for w in windows if not w.window.moving]
+    found: list[Symptom] = []
+    if moving:
+        found += _orders(likelihood, moving, alpha)
+        found += _lines(moving, alpha)
+        found += _bands(moving, still, alpha)
+    found += _intensity(likelihood, fit, alpha)
+    found += _steps(likelihood, fit, alpha)
+    return sorted(found, key=lambda s: s.p_value)
+
+
+def _names(mask: FloatArray) -> tuple[str, ...]:
+    return tuple(AXES[i] for i in range(3) if mask[i])
+
+
+def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    orders = order_energy(moving)
+    axes = list(likelihood.noise)
+    degrees = 2.0 * orders.windows * len(axes)
+    reached = degrees > 0
+    p = np.ones(len(orders.order))
+    p[reached] = chi2.sf(orders.energy[reached].sum(axis=1), degrees[reached])
+    hits = np.flatnonzero(p < alpha / max(1, int(reached.sum())))
+    if not len(hits):
+        return []
+    strongest = hits[np.argsort(-orders.energy[hits].sum(axis=1))]
+    per_axis = chi2.sf(orders.energy[hits].sum(axis=0), 2.0 * orders.windows[hits].sum())
+    rms = float(np.sqrt(np.sum(orders.amplitude_squared[hits]) / 2.0))
+    fastest = max(w.angular_frequency or 0.0 for w in moving)
+    text = ", ".join(f"{orders.order[i]:g}" for i in strongest[:5])
+    return [
+        Symptom(
+            "orders", _names(per_axis < 0.001), float(p.min()), rms, tuple(float(orders.order[i] * fastest) for i in strongest[:5]),
+            f"locked to the drive at order {text} (frequencies given for the fastest run)",
+        )
+    ]  # fmt: skip
+
+
+def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    looks = sum(int(w.away_from_orders().sum()) * 3 for w in moving)
+    threshold = np.log(looks / alpha)
+    hits: list[tuple[float, float, int, float]] = []
+    for w in moving:
+        away = w.away_from_orders()
+        for i, axis in zip(*np.nonzero((w.power > threshold) & away[:, None]), strict=True):
+            # a line of amplitude A has 2 A^2 / 2 * (n weight^2 / 4) of power: invert the whitening
+            amplitude = np.sqrt(2 * w.power[i, axis]) / (w.bins.weight[i, axis] * len(w.window) / 2)
+            hits.append((float(w.power[i, axis]), float(w.frequency[i]), int(axis), float(amplitude)))
+    if not hits:
+        return []
+    hits.sort(reverse=True)
+    mask = np.array([any(h[2] == a for h in hits) for a in range(3)])
+    rms = float(np.sqrt(np.sum([h[3] ** 2 for h in hits]) / 2 / len(moving)))
+    tones: list[float] = []
+    for _, f, _, _ in hits:
+        if all(abs(f - g) > 0.15 for g in tones):
+            tones.append(f)
+    text = ", ".join(f"{f:.2f}" for f in tones[:4])
+    return [
+        Symptom(
+            "lines", _names(mask), float(min(1.0, looks * np.exp(-hits[0][0]))), rms, tuple(2 * np.pi * f for f in tones[:5]),
+            f"a line at {text} Hz in motion that is not there at rest and not locked to the drive",
+        )
+    ]  # fmt: skip
+
+
+def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Broadband power in motion against rest."""
+    worst: tuple[float, int, float, float, float] | None = None
+    looks = 0
+    for low, high in zip(BAND_EDGES_HZ[:-1], BAND_EDGES_HZ[1:], strict=True):
+        for axis in range(3):
+            mean, count, _ = _band(moving, low, high, axis)
+            rest, rest_count, _ = _band(still, low, high, axis)
+            if count < 30 or rest_count < 30:
+                continue
+            looks += 1
+            spread = np.sqrt(1 / count + 1 / rest_count + MODEL_ERROR**2)
+            z = (mean / rest - 1.0) / spread
+            excess = (mean - rest) * _band(moving, low, high, axis)[2]
+            if worst is None or z > worst[0]:
+                worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
+    if worst is None or norm.sf(worst[0]) > alpha / looks:
+        return []
+    z, axis, low, high, rms = worst
+    text = f"more noise in motion than at rest between {low:g} and {high:g} Hz, most on {AXES[axis]}"
+    return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
+
+
+def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> tuple[float, int, float]:
+    """Mean power over its expectation, number of ordinates, and the expected variance in the band, (rad/s)^2."""
+    values, variance = [], 0.0
+    for w in windows:
+        inside = (w.frequency >= low) & (w.frequency < high) & w.away_from_orders() & (w.bins.weight[:, axis] > 0)
+        values.append(w.power[inside, axis])
+        n = len(w.window)
+        variance = max(variance, float(np.sum(4.0 / (n**2 * np.maximum(w.bins.weight[inside, axis], 1e-30) ** 2))))
+    power = np.concatenate(values) if values else np.zeros(0)
+    return (float(power.mean()) if len(power) else 1.0), len(power), variance
+
+
+def _intensity(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """Does the mean rate depend on how hard the carriage is driven (rectification)?"""
+    runs = likelihood.campaign.fit
+    if not any(r.motion is not None and r.motion.moving is not None for r in runs):
+        return []
+    square = np.zeros(len(likelihood.blocks))
+    for i, (number, w) in enumerate(likelihood.cuts):
+        kin = likelihood.source.of(runs[number], fit.templates).kinematics
+        square[i] = float(np.mean(kin.acceleration[w.start : w.stop] ** 2))
+    if np.ptp(square) < 0.1:
+        return []
+    ratio = np.zeros(3)
+    slope = np.zeros(3)
+    residual = likelihood.blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
+    for axis, slow in likelihood.slow.items():
+        gram = slow.gram(square[:, None], residual[:, axis], fit.drift[axis])
+        slope[axis] = gram.xy[0] / gram.xx[0, 0]
+        ratio[axis] = gram.xy[0] ** 2 / gram.xx[0, 0]
+    p = float(chi2.sf(ratio.sum(), len(likelihood.slow)))
+    if p > alpha:
+        return []
+    rms = float(np.linalg.norm(slope) * np.sqrt(np.mean(square**2)))
+    text = "the mean rate depends on the mean square of the acceleration (rectification)"
+    return [Symptom("intensity", _names(chi2.sf(ratio, 1) < 0.01), p, rms, (), text)]
+
+
+def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """One block that jumps away from what the blocks before it predict."""
+    residual = likelihood.blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
+    worst, size, where = 0.0, 0.0, (0, 0)
+    looks = 0
+    for axis, slow in likelihood.slow.items():
+        factor = slow.factor(fit.drift[axis])
+        H = slow.sessions
+        bias = np.linalg.solve(H.T @ cho_solve(factor, H), H.T @ cho_solve(factor, residual[:, axis]))
+        centred = residual[:, axis] - H @ bias
+        z = solve_triangular(factor[0], centred, lower=True)
+        looks += len(z)
+        i = int(np.argmax(np.abs(z)))
+        if abs(z[i]) > worst:
+            worst, where = float(abs(z[i])), (i, axis)
+            size = float(abs(z[i]) * factor[0][i, i])
+    p = float(min(1.0, 2 * norm.sf(worst) * max(1, looks)))
+    if p > alpha:
+        return []
+    time = likelihood.blocks.time[where[0]]
+    text = f"the bias steps at {time:.0f} s on {AXES[where[1]]} by more than drift does"
+    return [Symptom("step", (AXES[where[1]],), p, size, (), text)]

@@ -1,0 +1,53 @@
+"""Small shared types of the identification."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.int64]
+
+AXES = ("x", "y", "z")
+GRAVITY = 9.80665
+"""Standard gravity in m/s^2."""
+
+
+class IdentificationError(Exception):
+    """The input cannot be analysed; the message is one line that names it and says what to do."""
+
+
+class Role(str, Enum):
+    """What a run is used for."""
+
+    FIT = "fit"
+    HELD_OUT = "held_out"
+
+
+class Owner(str, Enum):
+    """Who must be corrected: compensate the sensor, fix the mount, correct the rig's reference, fix the chain or the encoder."""
+
+    SENSOR = "sensor"
+    MOUNT = "mount"
+    RIG = "rig"
+    CHAIN = "chain"
+    REFERENCE = "reference"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """An estimated parameter with its standard error and unit."""
+
+    value: float
+    stderr: float
+    unit: str
+
+    @property
+    def significant(self) -> bool:
+        """Whether a two-sided 1 % test rejects zero."""
+        return bool(abs(self.value) > 2.576 * self.stderr) if self.stderr > 0 else self.value != 0.0

@@ -1,0 +1,1 @@
+"""The files that close_loop leaves: report.json, report.html, compensation.yaml, next_plan.yaml."""
