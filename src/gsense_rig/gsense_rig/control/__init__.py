@@ -1,0 +1,1 @@
+"""Control of the carriage: model, references, controllers, estimators. Pure: no ROS, no clock, no hardware."""

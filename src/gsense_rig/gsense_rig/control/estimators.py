@@ -1,0 +1,107 @@
+"""Velocity and acceleration of the carriage from the encoder."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gsense_rig.control.model import DriveModel
+
+if TYPE_CHECKING:
+    from gsense_rig.plant.parameters import DriveParameters
+
+
+@dataclass
+class DerivativeEstimator:
+    """The thesis's way (section 6.3, equations 7.2 and 7.3): derivative, then a first-order low-pass, twice."""
+
+    period: float  # s
+    cutoff: float = 30.0  # Hz of each low-pass; lower: less noise, more lag
+
+    def __post_init__(self) -> None:
+        self._alpha = 1.0 - math.exp(-2.0 * math.pi * self.cutoff * self.period)
+        self._last: float | None = None
+        self.velocity = 0.0
+        self.acceleration = 0.0
+
+    def reset(self, position: float) -> None:
+        """Start at rest at a position [m]."""
+        self._last, self.velocity, self.acceleration = position, 0.0, 0.0
+
+    def update(self, position: float) -> None:
+        """Take one encoder position [m], a period after the last one."""
+        if self._last is None:
+            self._last = position
+        velocity = self.velocity + self._alpha * ((position - self._last) / self.period - self.velocity)
+        raw = (velocity - self.velocity) / self.period
+        self.acceleration += self._alpha * (raw - self.acceleration)
+        self.velocity, self._last = velocity, position
+
+
+@dataclass(frozen=True)
+class ObserverNoise:
+    """What the observer trusts."""
+
+    position: float = 50e-6 / math.sqrt(12.0)  # m, the encoder's step
+    velocity: float = 0.03  # (m/s)/sqrt(s): model's error as white acceleration
+    disturbance: float = 5.0  # (m/s²)/sqrt(s): drift of the unmodelled acceleration
+
+
+class DriveObserver:
+    """Steady-state Kalman filter over position, velocity and unmodelled acceleration, driven by the motor's voltage.
+
+    The prediction is the drive's model, so a velocity needs no low-pass and has no lag.
+    """
+
+    def __init__(self, drive: DriveParameters, period: float, noise: ObserverNoise | None = None) -> None:
+        self.period = period
+        self._model = DriveModel(drive)
+        self._gain = _steady_gain(drive, period, noise or ObserverNoise())
+        self.position = 0.0
+        self.velocity = 0.0
+        self.acceleration = 0.0
+        self._disturbance = 0.0
+
+    def reset(self, position: float) -> None:
+        """Start at rest at a position [m]."""
+        self.position, self.velocity, self.acceleration, self._disturbance = position, 0.0, 0.0, 0.0
+
+    def shift(self, offset: float) -> None:
+        """Move the zero: positions become smaller by offset [m]."""
+        self.position -= offset
+
+    def update(self, position: float, voltage: float | None) -> None:
+        """Take one encoder position [m] and the voltage of the period before it (None: bridge open)."""
+        h = self.period
+        # Two half steps: the mechanical time constant is 19 ms.
+        v, half = self.velocity, 0.5 * h
+        a = self._model.acceleration(v, voltage) + self._disturbance
+        middle = v + half * a
+        a = self._model.acceleration(middle, voltage) + self._disturbance
+        predicted_velocity = v + h * a
+        predicted = self.position + h * middle
+        innovation = position - predicted
+        k0, k1, k2 = self._gain
+        self.position = predicted + k0 * innovation
+        self.velocity = predicted_velocity + k1 * innovation
+        self._disturbance += k2 * innovation
+        self.acceleration = self._model.acceleration(self.velocity, voltage) + self._disturbance
+
+
+@lru_cache(maxsize=8)
+def _steady_gain(drive: DriveParameters, h: float, noise: ObserverNoise) -> tuple[float, float, float]:
+    """Gain of the steady Kalman filter, by iterating the Riccati equation of the linearised drive."""
+    mass = drive.load_mass + drive.gear_efficiency * drive.motor_mass
+    decay = drive.gear_efficiency * drive.force_constant**2 / (drive.resistance * mass)
+    transition = np.array([[1.0, h, 0.5 * h * h], [0.0, math.exp(-decay * h), h], [0.0, 0.0, 1.0]])
+    driving = np.diag([0.0, noise.velocity**2 * h, noise.disturbance**2 * h])
+    covariance = np.diag([1e-6, 1.0, 100.0])
+    for _ in range(1500):
+        predicted = transition @ covariance @ transition.T + driving
+        gain = predicted[:, 0] / (predicted[0, 0] + noise.position**2)
+        covariance = predicted - np.outer(gain, predicted[0])
+    return float(gain[0]), float(gain[1]), float(gain[2])

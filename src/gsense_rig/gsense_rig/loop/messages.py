@@ -1,0 +1,80 @@
+"""What goes into the loop (commands) and comes out of it (telemetry, replies, results)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple, Union
+
+
+@dataclass(frozen=True)
+class Home:
+    """Find the zero."""
+
+    id: int
+
+
+@dataclass(frozen=True)
+class Stop:
+    """Come to rest softly; the motor is then off."""
+
+    id: int
+
+
+@dataclass(frozen=True)
+class Reset:
+    """Leave FAULT."""
+
+    id: int
+
+
+@dataclass(frozen=True)
+class DriveSine:
+    """Drive amplitude * sin(angular_frequency * t), whole cycles at full amplitude between smooth ramps."""
+
+    id: int
+    amplitude: float  # m
+    angular_frequency: float  # rad/s
+    cycles: int
+
+
+Command = Union[Home, Stop, Reset, DriveSine]
+
+
+class Reply(NamedTuple):
+    """Immediate answer to a command; an accepted one gets a Result when it is done."""
+
+    id: int
+    accepted: bool
+    message: str
+
+
+class Result(NamedTuple):
+    """End of an accepted command."""
+
+    id: int
+    success: bool
+    message: str
+    rms_error: float = 0.0  # m, tracking error over the steady part of a sine
+
+
+class Telemetry(NamedTuple):
+    """State of the loop after one tick."""
+
+    time: float  # s, the loop's clock, of the encoder's read
+    homed: bool
+    position: float  # m, encoder, quantised; on the encoder's power-on zero while not homed
+    velocity: float  # m/s, observer
+    acceleration: float  # m/s², observer
+    force: float  # N, drive's force on the belt from the motor's current
+    reference: float  # m; the position where nothing is controlled
+    tracking_error: float  # m; reference - position, 0 where nothing is controlled
+    duty: float  # -1..1
+    disabled: bool
+    current: float  # A
+    switches: tuple[bool, bool, bool, bool]
+    light: int
+    mode: int
+    fault: int
+    fault_text: str
+    command: int  # id of the command in work, 0: none
+    elapsed: float  # s since that command's motion began

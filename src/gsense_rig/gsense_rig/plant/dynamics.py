@@ -1,0 +1,201 @@
+"""The rail's equations of motion, compiled; one call advances the plant to a time.
+
+Motor side:  L di/dt = u - R i - c v
+Gear:        the transmitted force c i - f_motor - m_motor a loses 1 - eta in the direction in which power flows
+Load side:   m_load a = transmitted - friction(v) - buffers(x, v)
+
+The bridge is averaged over its 24 kHz period: PWM high drives the DIR diagonal, low short-circuits the motor (slow
+decay), DIS opens all four switches, so that the current returns to the supply through the diodes and then stays zero.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from gsense_rig.plant.parameters import PlantParameters
+
+# state vector
+TIME, POSITION, SPEED, CURRENT, ACCELERATION = range(5)
+SWITCH = 5  # four outputs, then four raw levels, then four times of the raw level's last change
+STATE_SIZE = SWITCH + 12
+
+# parameter vector
+(
+    P_SUPPLY, P_R, P_L, P_C, P_ETA, P_MOTOR_MASS, P_LOAD_MASS, P_MOTOR_COULOMB, P_MOTOR_VISCOUS, P_COULOMB, P_STATIC,
+    P_STRIBECK, P_VISCOUS, P_DEAD_ZONE, P_CURRENT_LIMIT, P_STOP, P_BUFFER, P_STIFFNESS, P_DAMPING, P_STEP, P_LIMIT,
+    P_CENTRE, P_HYSTERESIS, P_DELAY, P_OPTICAL, P_OPTICAL_HYSTERESIS, P_OPTICAL_DELAY,
+) = range(27)  # fmt: skip
+
+HISTORY_COLUMNS = 5
+DIODE_DROP = 0.7  # V, of each of the two conducting body diodes
+
+
+def parameter_vector(parameters: PlantParameters) -> NDArray[np.float64]:
+    """Flatten the parameters in the order of the P_ constants; array with shape (27,)."""
+    d, s, t = parameters.drive, parameters.switches, parameters.track
+    return np.array(
+        [
+            d.supply_voltage, d.resistance, d.inductance, d.force_constant, d.gear_efficiency, d.motor_mass,
+            d.load_mass, d.motor_coulomb, d.motor_viscous, d.coulomb_friction, d.static_friction, d.stribeck_speed,
+            d.viscous_friction, d.dead_zone, d.current_limit, t.end_stop, t.buffer_length, t.buffer_stiffness,
+            t.buffer_damping, parameters.step, s.limit_position, s.centre_half_width, s.inductive_hysteresis,
+            s.inductive_delay, s.optical_position, s.optical_hysteresis, s.optical_delay,
+        ]
+    )  # fmt: skip
+
+
+@njit(cache=True)
+def _bridge_voltage(duty: float, disabled: bool, i: float, emf: float, p: NDArray[np.float64]) -> tuple[float, bool]:
+    """Return the motor's terminal voltage, and whether a current can flow at all."""
+    if disabled:
+        rail = p[P_SUPPLY] + 2.0 * DIODE_DROP
+        if i > 0.0:
+            return -rail, True
+        if i < 0.0:
+            return rail, True
+        if abs(emf) > rail:  # the motor as a generator, rectified into the supply
+            return math.copysign(rail, emf), True
+        return 0.0, False
+    size = abs(duty)
+    if size <= p[P_DEAD_ZONE]:
+        return 0.0, True
+    u = math.copysign((min(size, 1.0) - p[P_DEAD_ZONE]) / (1.0 - p[P_DEAD_ZONE]) * p[P_SUPPLY], duty)
+    if abs(i) > p[P_CURRENT_LIMIT] and u * i > 0.0:  # the bridge chops
+        return 0.0, True
+    return u, True
+
+
+@njit(cache=True)
+def _acceleration(x: float, v: float, i: float, p: NDArray[np.float64]) -> float:
+    """Acceleration of the carriage [m/s²]; zero where dry friction holds it."""
+    outer = 0.0
+    start = p[P_STOP] - p[P_BUFFER]
+    if x > start:
+        outer = min(0.0, -p[P_STIFFNESS] * (x - start) - p[P_DAMPING] * v)
+    elif x < -start:
+        outer = max(0.0, -p[P_STIFFNESS] * (x + start) - p[P_DAMPING] * v)
+    if v != 0.0:
+        sign = math.copysign(1.0, v)
+        breakaway = (p[P_STATIC] - p[P_COULOMB]) * math.exp(-((v / p[P_STRIBECK]) ** 2))
+        load = (p[P_COULOMB] + breakaway) * sign + p[P_VISCOUS] * v - outer
+        motor = p[P_C] * i - p[P_MOTOR_COULOMB] * sign - p[P_MOTOR_VISCOUS] * v
+    else:
+        drive = p[P_C] * i
+        push = drive + outer
+        holding = p[P_STATIC] + p[P_MOTOR_COULOMB]
+        if abs(push) <= holding:
+            return 0.0
+        sign = math.copysign(1.0, push)
+        load = p[P_STATIC] * sign - outer
+        motor = drive - p[P_MOTOR_COULOMB] * sign
+    eta = p[P_ETA]
+    a = (eta * motor - load) / (p[P_LOAD_MASS] + eta * p[P_MOTOR_MASS])
+    if (motor - p[P_MOTOR_MASS] * a) * sign < 0.0:  # the load drives the motor: the loss changes sides
+        a = (motor / eta - load) / (p[P_LOAD_MASS] + p[P_MOTOR_MASS] / eta)
+    if v == 0.0 and a * sign < 0.0:
+        return 0.0
+    return a
+
+
+@njit(cache=True)
+def _raw_switch(index: int, was: bool, x: float, p: NDArray[np.float64]) -> bool:
+    """Level of a switch ahead of its delay, with hysteresis."""
+    margin = (p[P_OPTICAL_HYSTERESIS] if index == 3 else p[P_HYSTERESIS]) if was else 0.0
+    if index == 0:
+        return x <= -p[P_LIMIT] + margin
+    if index == 1:
+        return abs(x) <= p[P_CENTRE] + margin
+    if index == 2:
+        return x >= p[P_LIMIT] - margin
+    return x >= p[P_OPTICAL] - margin
+
+
+@njit(cache=True)
+def _update_switches(state: NDArray[np.float64], p: NDArray[np.float64]) -> None:
+    for k in range(4):
+        raw = _raw_switch(k, state[SWITCH + 4 + k] > 0.5, state[POSITION], p)
+        if raw != (state[SWITCH + 4 + k] > 0.5):
+            state[SWITCH + 4 + k] = 1.0 if raw else 0.0
+            state[SWITCH + 8 + k] = state[TIME]
+        delay = p[P_OPTICAL_DELAY] if k == 3 else p[P_DELAY]
+        if state[SWITCH + k] != state[SWITCH + 4 + k] and state[TIME] - state[SWITCH + 8 + k] >= delay:
+            state[SWITCH + k] = state[SWITCH + 4 + k]
+
+
+@njit(cache=True)
+def _step(state: NDArray[np.float64], p: NDArray[np.float64], duty: float, disabled: bool, h: float) -> None:
+    """One semi-implicit step of h seconds."""
+    x, v, i = state[POSITION], state[SPEED], state[CURRENT]
+    emf = p[P_C] * v
+    u, conducts = _bridge_voltage(duty, disabled, i, emf, p)
+    if conducts:
+        i_new = (i + h / p[P_L] * (u - emf)) / (1.0 + h * p[P_R] / p[P_L])
+        if disabled and i_new * i < 0.0:
+            i_new = 0.0  # the diodes block
+    else:
+        i_new = 0.0
+    a = _acceleration(x, v, i_new, p)
+    v_new = v + h * a
+    if v * v_new < 0.0:
+        v_new = 0.0  # dry friction acts anew from rest
+    x_new = x + h * v_new
+    if abs(x_new) > p[P_STOP]:
+        x_new = math.copysign(p[P_STOP], x_new)
+        v_new = 0.0
+    state[TIME] += h
+    state[POSITION], state[SPEED], state[CURRENT] = x_new, v_new, i_new
+    state[ACCELERATION] = (v_new - v) / h
+
+
+@njit(cache=True)
+def settle_switches(state: NDArray[np.float64], p: NDArray[np.float64]) -> None:
+    """Set the switches to what the position demands, without delay (power-on)."""
+    for k in range(4):
+        level = 1.0 if _raw_switch(k, False, state[POSITION], p) else 0.0
+        state[SWITCH + k] = level
+        state[SWITCH + 4 + k] = level
+        state[SWITCH + 8 + k] = state[TIME]
+
+
+@njit(cache=True)
+def advance(
+    state: NDArray[np.float64], p: NDArray[np.float64], duty: float, disabled: bool, until: float
+) -> NDArray[np.float64]:
+    """Advance the plant in place to the time `until` [s] under constant bridge inputs.
+
+    Args:
+        state: array with shape (STATE_SIZE,), changed in place.
+        p: array with shape (27,), see `parameter_vector`.
+        duty: signed duty, -1 to 1 (sign: DIR, size: PWM).
+        disabled: level of DIS.
+        until: time to reach [s], same zero as the state's time.
+
+    Returns:
+        Array with shape (n, 5), one row per whole millisecond passed: time [s], position [m], velocity [m/s],
+        acceleration [m/s²], motor current [A].
+    """
+    first = int(math.floor(state[TIME] * 1000.0 + 1e-6)) + 1
+    last = int(math.floor(until * 1000.0 + 1e-6))
+    rows = np.empty((max(last - first + 1, 0), HISTORY_COLUMNS))
+    for k in range(first, last + 2):
+        target = k * 1e-3 if k <= last else until
+        remaining = target - state[TIME]
+        if remaining > 0.0:
+            count = int(math.ceil(remaining / p[P_STEP] - 1e-9))
+            h = remaining / max(count, 1)
+            for _ in range(count):
+                _step(state, p, duty, disabled, h)
+                _update_switches(state, p)
+            state[TIME] = target
+        if k <= last:
+            row = rows[k - first]
+            row[0], row[1], row[2] = target, state[POSITION], state[SPEED]
+            row[3], row[4] = state[ACCELERATION], state[CURRENT]
+    return rows

@@ -1,0 +1,68 @@
+"""The plant as an object: state, parameters, one call that advances it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gsense_rig.plant import dynamics
+from gsense_rig.plant.parameters import PlantParameters
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+class Plant:
+    """The simulated rail from the bridge's inputs to the carriage's motion. Knows no clock: it is told a time."""
+
+    def __init__(self, parameters: PlantParameters | None = None, position: float = 0.0, time: float = 0.0) -> None:
+        self.parameters = parameters or PlantParameters()
+        self._p = dynamics.parameter_vector(self.parameters)
+        self._state = np.zeros(dynamics.STATE_SIZE)
+        self._state[dynamics.POSITION] = position
+        self._state[dynamics.TIME] = time
+        dynamics.settle_switches(self._state, self._p)
+
+    @property
+    def time(self) -> float:
+        """Time reached [s]."""
+        return float(self._state[dynamics.TIME])
+
+    @property
+    def position(self) -> float:
+        """True position of the carriage [m]."""
+        return float(self._state[dynamics.POSITION])
+
+    @property
+    def velocity(self) -> float:
+        """True velocity [m/s]."""
+        return float(self._state[dynamics.SPEED])
+
+    @property
+    def current(self) -> float:
+        """True motor current [A]."""
+        return float(self._state[dynamics.CURRENT])
+
+    @property
+    def switches(self) -> tuple[bool, bool, bool, bool]:
+        """Outputs of the left, centre, right and optical switch; true where they see the carriage."""
+        s = self._state
+        k = dynamics.SWITCH
+        return bool(s[k]), bool(s[k + 1]), bool(s[k + 2]), bool(s[k + 3])
+
+    def replace_parameters(self, parameters: PlantParameters) -> None:
+        """Change the physics in mid-run (a carriage that jams, a supply that sags)."""
+        self.parameters = parameters
+        self._p = dynamics.parameter_vector(parameters)
+
+    def set_motion(self, position: float, velocity: float) -> None:
+        """Put the carriage somewhere, moving (tests of stopping distances)."""
+        self._state[dynamics.POSITION] = position
+        self._state[dynamics.SPEED] = velocity
+        dynamics.settle_switches(self._state, self._p)
+
+    def advance(self, until: float, duty: float, disabled: bool) -> NDArray[np.float64]:
+        """Advance to `until` [s]; array with shape (n, 5) as of `dynamics.advance`."""
+        rows: NDArray[np.float64] = dynamics.advance(self._state, self._p, duty, disabled, until)
+        return rows

@@ -1,0 +1,1 @@
+"""Modes, faults, their detection, homing and stopping. Pure: no ROS, no clock, no hardware."""

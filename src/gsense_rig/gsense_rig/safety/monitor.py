@@ -1,0 +1,166 @@
+"""Detection of faults, once a period, from what was read and what was commanded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from gsense_rig.safety.modes import Fault, Mode
+
+if TYPE_CHECKING:
+    from gsense_rig.hardware.interface import HardwareReading
+    from gsense_rig.plant.parameters import DriveParameters
+
+
+@dataclass(frozen=True)
+class SafetyLimits:
+    """Thresholds. Times are times of the loop's clock."""
+
+    overcurrent: float = 6.0  # A; the controller asks for 5 at most
+    overcurrent_time: float = 3.0e-3  # s
+    soft_limit_margin: float = 5.0e-3  # m beyond the soft limit before it is a fault
+    tracking_error: float = 0.04  # m; the PI is 20 mm off in the thesis's fastest run
+    tracking_time: float = 5.0e-3  # s
+    runaway_speed: float = 1.7  # m/s; the fastest accepted motion has 1.35
+    encoder_speed: float = 3.0  # m/s: no real motion, the drive ends at 2.05
+    emf_mismatch: float = 0.35  # m/s between back EMF and encoder, plus a quarter of the speed
+    emf_periods: int = 2
+    stall_voltage: float = 1.5  # V; breaking loose takes 0.6
+    stall_distance: float = 0.4e-3  # m
+    stall_time: float = 0.08  # s
+    deadline: float = 0.02  # s between two ticks
+    command_timeout: float | None = None  # s without a sign of life of the command source; None: not watched
+
+
+class Observation(NamedTuple):
+    """What the monitor looks at."""
+
+    now: float  # s
+    period: float  # s since the last tick
+    mode: Mode
+    reading: HardwareReading
+    position: float  # m, encoder
+    reference: float | None  # m; None: no control
+    voltage: float | None  # V applied since the last tick; None: bridge open
+    braking: bool  # the short-circuit brake is on
+    command_age: float  # s since the last sign of life
+
+
+class Finding(NamedTuple):
+    """A fault and its text."""
+
+    fault: Fault
+    text: str
+
+
+class FaultMonitor:
+    """Keeps the short memories that the detections need."""
+
+    def __init__(self, limits: SafetyLimits, drive: DriveParameters, soft_limit: float) -> None:
+        self.limits = limits
+        self._c = drive.force_constant
+        self._r = drive.resistance
+        self._soft_limit = soft_limit + limits.soft_limit_margin
+        self._last_position: float | None = None
+        self.clear()
+
+    def clear(self) -> None:
+        """Forget what was counting up (a reset, a new motion)."""
+        self._overcurrent = 0.0
+        self._tracking = 0.0
+        self._emf = 0
+        self._stall = 0.0
+        self._stall_from = 0.0
+
+    def shift(self, offset: float) -> None:
+        """Move the zero: positions become smaller by offset [m]."""
+        if self._last_position is not None:
+            self._last_position -= offset
+        self._stall_from -= offset
+
+    def check(self, seen: Observation) -> Finding | None:
+        """Return the first fault found, the most direct ones first."""
+        last, self._last_position = self._last_position, seen.position
+        reading = seen.reading
+        if reading.emergency_stop:
+            return Finding(Fault.EMERGENCY_STOP, "emergency stop pressed")
+        if not reading.bridge_ok:
+            return Finding(Fault.BRIDGE, "the motor's bridge reports a fault")
+        if seen.mode not in (Mode.HOMING, Mode.RUNNING, Mode.STOPPING):
+            self.clear()
+            return None
+        speed = 0.0 if last is None or seen.period <= 0.0 else (seen.position - last) / seen.period
+        return (
+            self._late(seen)
+            or self._switches(seen)
+            or self._electrical(seen)
+            or self._encoder(seen, speed)
+            or self._motion(seen, speed)
+        )
+
+    def _late(self, seen: Observation) -> Finding | None:
+        limits = self.limits
+        if seen.period > limits.deadline:
+            return Finding(Fault.DEADLINE, f"the loop was silent for {seen.period * 1e3:.0f} ms")
+        if limits.command_timeout is not None and seen.command_age > limits.command_timeout:
+            return Finding(Fault.COMMAND_LOST, f"no sign of life of the command source for {seen.command_age:.2f} s")
+        return None
+
+    def _switches(self, seen: Observation) -> Finding | None:
+        left, _, right, _ = seen.reading.switches
+        if seen.mode is not Mode.HOMING and (left or right):  # homing judges the switches itself
+            return Finding(Fault.END_SWITCH, f"{'left' if left else 'right'} end switch at {seen.position:+.4f} m")
+        return None
+
+    def _electrical(self, seen: Observation) -> Finding | None:
+        current = abs(seen.reading.current)
+        if current <= self.limits.overcurrent or seen.braking:
+            self._overcurrent = 0.0
+            return None
+        self._overcurrent += seen.period
+        if self._overcurrent < self.limits.overcurrent_time:
+            return None
+        return Finding(Fault.OVERCURRENT, f"motor current {current:.1f} A above {self.limits.overcurrent:g} A")
+
+    def _encoder(self, seen: Observation, speed: float) -> Finding | None:
+        limits = self.limits
+        if abs(speed) > limits.encoder_speed:
+            return Finding(Fault.ENCODER, f"the encoder jumped by {speed * seen.period * 1e3:.1f} mm in one period")
+        if seen.voltage is None:
+            self._emf = 0
+            return None
+        emf_speed = (seen.voltage - self._r * seen.reading.current) / self._c
+        if abs(emf_speed - speed) <= limits.emf_mismatch + 0.25 * abs(emf_speed):
+            self._emf = 0
+            return None
+        self._emf += 1
+        if self._emf < limits.emf_periods:
+            return None
+        return Finding(Fault.ENCODER, f"encoder says {speed:+.2f} m/s, the motor's back EMF {emf_speed:+.2f} m/s")
+
+    def _motion(self, seen: Observation, speed: float) -> Finding | None:
+        limits = self.limits
+        if abs(speed) > limits.runaway_speed:
+            return Finding(Fault.RUNAWAY, f"carriage at {speed:+.2f} m/s")
+        if seen.mode is not Mode.HOMING and abs(seen.position) > self._soft_limit:
+            return Finding(Fault.SOFT_LIMIT, f"carriage at {seen.position:+.4f} m, outside the soft limits")
+        return self._tracking_error(seen) or self._stalled(seen)
+
+    def _tracking_error(self, seen: Observation) -> Finding | None:
+        if seen.reference is None or abs(seen.reference - seen.position) <= self.limits.tracking_error:
+            self._tracking = 0.0
+            return None
+        self._tracking += seen.period
+        if self._tracking < self.limits.tracking_time:
+            return None
+        return Finding(Fault.TRACKING, f"carriage {(seen.reference - seen.position) * 1e3:+.0f} mm off its reference")
+
+    def _stalled(self, seen: Observation) -> Finding | None:
+        pushed = seen.voltage is not None and abs(seen.voltage) > self.limits.stall_voltage
+        if not pushed or abs(seen.position - self._stall_from) > self.limits.stall_distance:
+            self._stall, self._stall_from = 0.0, seen.position
+            return None
+        self._stall += seen.period
+        if self._stall < self.limits.stall_time:
+            return None
+        return Finding(Fault.STALL, f"{seen.voltage:+.1f} V on the motor, but the carriage stands")
