@@ -66,8 +66,8 @@ def to_build(checkout: Checkout, build: str) -> list[Package]:
     for package in packages(checkout):
         former = stamps.read(checkout.stamps, package.stamp)
         if build == "missing":
-            # A `colcon build` by hand counts too: it leaves no stamp, but an installed package.
-            if not former and not _installed(checkout, package).exists():
+            # A `colcon build` by hand counts too: it leaves no stamp, but a finished build.
+            if not former and not _succeeded(checkout, package):
                 chosen.append(package)
         elif former != package.fingerprint or not _installed(checkout, package).exists():
             chosen.append(package)
