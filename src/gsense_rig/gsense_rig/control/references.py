@@ -23,7 +23,9 @@ class Setpoint(NamedTuple):
 class Reference(Protocol):
     """A motion over a finite time (duration may be infinite)."""
 
-    duration: float  # s
+    @property
+    def duration(self) -> float:
+        """How long it lasts [s]."""
 
     def at(self, elapsed: float) -> Setpoint:
         """Setpoint at a time since the start [s]."""

@@ -34,6 +34,4 @@ def open_card(uio_class: Path = UIO_CLASS) -> None:
             f"no MF624 card: no device named '{UIO_NAME}' under {uio_class} (load the kernel module uio_mf624, "
             "blacklist mf6x4), or use hardware:=sim"
         )
-    raise HardwareError(
-        f"found an MF624 card at {card}, but this version cannot drive it yet; use hardware:=sim"
-    )
+    raise HardwareError(f"found an MF624 card at {card}, but this version cannot drive it yet; use hardware:=sim")

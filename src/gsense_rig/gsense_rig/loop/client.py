@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.loop.messages import Reply, Result, Telemetry
 from gsense_rig.loop.pacing import LoopHealth
-from gsense_rig.loop.process import ProcessSpec, Shutdown, SignOfLife, StartFailure
+from gsense_rig.loop.spec import ProcessSpec, Shutdown, SignOfLife, StartFailure
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
 
 if TYPE_CHECKING:

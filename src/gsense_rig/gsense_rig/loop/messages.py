@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, Union
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class DriveSine:
     cycles: int
 
 
-Command = Union[Home, Stop, Reset, DriveSine]
+Command = Home | Stop | Reset | DriveSine
 
 
 class Reply(NamedTuple):

@@ -10,64 +10,24 @@ import gc
 import signal
 import sys
 import time
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.loop.messages import Stop
 from gsense_rig.loop.pacing import LatenessMeter, Pacer
-from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.simulated import make_simulated_loop
+from gsense_rig.loop.spec import ProcessSpec, Shutdown, SignOfLife, StartFailure
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
 from gsense_rig.safety.modes import Fault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from types import FrameType
-
-    import numpy as np
-    from numpy.typing import NDArray
 
     from gsense_rig.hardware.sim import SimRail
     from gsense_rig.loop.rig_loop import RigLoop
 
 _LAST_STOP = 3.0  # s that a stop may take before the process ends anyway, motor disabled
 _HEALTH_INTERVAL = 1.0  # s
-
-
-class SensorFeed(Protocol):
-    """What takes the carriage's motion (the simulated board)."""
-
-    def advance(self, history: NDArray[np.float64]) -> None:
-        """Take an array with shape (n, 5): time [s], position, velocity, acceleration, motor current; 1 ms rows."""
-
-    def close(self) -> None:
-        """End."""
-
-
-@dataclass(frozen=True)
-class ProcessSpec:
-    """What the process needs to start; picklable."""
-
-    parameters: LoopParameters = field(default_factory=LoopParameters)
-    seed: int = 0
-    position: float | None = None  # m, start position of the simulated carriage; None: drawn
-    telemetry_every: int = 3  # ticks
-    feed_factory: Callable[[], SensorFeed] | None = None  # a module's function, or a functools.partial of one
-
-
-class SignOfLife(NamedTuple):
-    """The command source is alive."""
-
-
-class Shutdown(NamedTuple):
-    """Stop softly and end."""
-
-
-class StartFailure(NamedTuple):
-    """The process could not start."""
-
-    message: str
 
 
 class LoopService:
@@ -201,4 +161,3 @@ def main() -> int:
     signal.signal(signal.SIGTERM, end)
     service.run()
     return 0
-

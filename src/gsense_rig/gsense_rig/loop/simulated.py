@@ -1,10 +1,10 @@
 """The loop on a virtual clock, far faster than real time.
 
-    loop, hardware = make_simulated_loop(LoopParameters(), seed=1)
-    clock = VirtualClock(loop, hardware)
-    clock.run_command(Home(1))
-    for telemetry, history in clock.steps():   # forever, one item per tick
-        ...
+loop, hardware = make_simulated_loop(LoopParameters(), seed=1)
+clock = VirtualClock(loop, hardware)
+clock.run_command(Home(1))
+for telemetry, history in clock.steps():   # forever, one item per tick
+    ...
 """
 
 from __future__ import annotations

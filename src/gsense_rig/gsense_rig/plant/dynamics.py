@@ -52,17 +52,21 @@ def parameter_vector(parameters: PlantParameters) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
+def _open_bridge_voltage(i: float, emf: float, p: NDArray[np.float64]) -> tuple[float, bool]:
+    """All switches open: only the diodes conduct."""
+    rail = p[P_SUPPLY] + 2.0 * DIODE_DROP
+    if i != 0.0:
+        return -math.copysign(rail, i), True
+    if abs(emf) > rail:  # the motor as a generator, rectified into the supply
+        return math.copysign(rail, emf), True
+    return 0.0, False
+
+
+@njit(cache=True)
 def _bridge_voltage(duty: float, disabled: bool, i: float, emf: float, p: NDArray[np.float64]) -> tuple[float, bool]:
     """Return the motor's terminal voltage, and whether a current can flow at all."""
     if disabled:
-        rail = p[P_SUPPLY] + 2.0 * DIODE_DROP
-        if i > 0.0:
-            return -rail, True
-        if i < 0.0:
-            return rail, True
-        if abs(emf) > rail:  # the motor as a generator, rectified into the supply
-            return math.copysign(rail, emf), True
-        return 0.0, False
+        return _open_bridge_voltage(i, emf, p)
     size = abs(duty)
     if size <= p[P_DEAD_ZONE]:
         return 0.0, True
@@ -181,14 +185,14 @@ def advance(
         Array with shape (n, 5), one row per whole millisecond passed: time [s], position [m], velocity [m/s],
         acceleration [m/s²], motor current [A].
     """
-    first = int(math.floor(state[TIME] * 1000.0 + 1e-6)) + 1
-    last = int(math.floor(until * 1000.0 + 1e-6))
+    first = math.floor(state[TIME] * 1000.0 + 1e-6) + 1
+    last = math.floor(until * 1000.0 + 1e-6)
     rows = np.empty((max(last - first + 1, 0), HISTORY_COLUMNS))
     for k in range(first, last + 2):
         target = k * 1e-3 if k <= last else until
         remaining = target - state[TIME]
         if remaining > 0.0:
-            count = int(math.ceil(remaining / p[P_STEP] - 1e-9))
+            count = math.ceil(remaining / p[P_STEP] - 1e-9)
             h = remaining / max(count, 1)
             for _ in range(count):
                 _step(state, p, duty, disabled, h)

@@ -1,0 +1,49 @@
+"""What parent and loop process tell each other about starting and ending. Imports nothing heavy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from gsense_rig.loop.parameters import LoopParameters
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+class SensorFeed(Protocol):
+    """What takes the carriage's motion (the simulated board)."""
+
+    def advance(self, history: NDArray[np.float64]) -> None:
+        """Take an array with shape (n, 5): time [s], position, velocity, acceleration, motor current; 1 ms rows."""
+
+    def close(self) -> None:
+        """End."""
+
+
+@dataclass(frozen=True)
+class ProcessSpec:
+    """What the process needs to start; picklable."""
+
+    parameters: LoopParameters = field(default_factory=LoopParameters)
+    seed: int = 0
+    position: float | None = None  # m, start position of the simulated carriage; None: drawn
+    telemetry_every: int = 3  # ticks
+    feed_factory: Callable[[], SensorFeed] | None = None  # a module's function, or a functools.partial of one
+
+
+class SignOfLife(NamedTuple):
+    """The command source is alive."""
+
+
+class Shutdown(NamedTuple):
+    """Stop softly and end."""
+
+
+class StartFailure(NamedTuple):
+    """The process could not start."""
+
+    message: str

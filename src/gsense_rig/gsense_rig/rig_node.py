@@ -1,0 +1,246 @@
+"""`ros2 run gsense_rig rig`: the rail as a ROS node. Only wiring: the loop runs in a process of its own."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from concurrent.futures import Future
+from concurrent.futures import TimeoutError as FutureTimeout
+from typing import Any
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray
+from geometry_msgs.msg import PoseStamped
+from gsense_msgs.action import Sinusoid
+from gsense_msgs.msg import RigState, Topics
+from rclpy.action import ActionServer, CancelResponse, GoalResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.signals import SignalHandlerOptions
+from sensor_msgs.msg import JointState
+from std_srvs.srv import Trigger
+
+from gsense_rig import rig_messages, rig_settings
+from gsense_rig.hardware.interface import HardwareError
+from gsense_rig.loop.admission import refuse_drive
+from gsense_rig.loop.client import LoopGone, LoopProcess
+from gsense_rig.loop.clock import HostTime, measured_offset_ns
+from gsense_rig.loop.messages import Command, DriveSine, Home, Reset, Result, Stop, Telemetry
+from gsense_rig.loop.pacing import LoopHealth
+from gsense_rig.safety.modes import Mode
+
+_REPLY_TIMEOUT = 5.0  # s; the loop answers within a period, a loaded machine takes longer
+_HOMING_TIMEOUT = 60.0  # s
+_STATE_EVERY = 4  # poses to one state: 50 Hz
+_FEEDBACK_INTERVAL = 0.1  # s
+
+
+def _qos(depth: int) -> QoSProfile:
+    return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=ReliabilityPolicy.RELIABLE,
+        durability=DurabilityPolicy.VOLATILE,
+    )
+
+
+class RigNode(Node):
+    """Publishes the loop's telemetry from the thread that receives it; services and action turn into commands."""
+
+    def __init__(self, ended: threading.Event) -> None:
+        super().__init__("rig")
+        self.settings = rig_settings.declare(self)
+        self._ended = ended
+        self._spec = self.settings.process_spec()
+        self._host_time = HostTime(measured_offset_ns())
+        self._count = 0
+        self._telemetry: Telemetry | None = None
+        self._pose = self.create_publisher(PoseStamped, Topics.RIG_POSE, _qos(400))
+        self._joints = self.create_publisher(JointState, Topics.RIG_JOINT_STATES, _qos(400))
+        self._state = self.create_publisher(RigState, Topics.RIG_STATE, _qos(100))
+        self._diagnostics = self.create_publisher(DiagnosticArray, Topics.DIAGNOSTICS, _qos(10))
+        self.loop = LoopProcess(self._spec, self._publish, self._publish_diagnostics, self._loop_ended)
+
+    def serve(self) -> None:
+        """Offer services and action; the loop runs."""
+        group = ReentrantCallbackGroup()
+        for name, callback in (
+            (Topics.RIG_HOME, self._on_home),
+            (Topics.RIG_STOP, self._on_stop),
+            (Topics.RIG_RESET, self._on_reset),
+        ):
+            self.create_service(Trigger, name, callback, callback_group=group)
+        self._action = ActionServer(
+            self,
+            Sinusoid,
+            Topics.RIG_SINUSOID,
+            execute_callback=self._drive,
+            goal_callback=self._on_goal,
+            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+            callback_group=group,
+        )
+        if self.settings.autohome:
+            self.loop.request(Home(self.loop.next_id()))
+
+    # ---- the loop's thread
+
+    def _publish(self, telemetry: Telemetry) -> None:
+        self._telemetry = telemetry
+        time_ = rig_messages.stamp(self._host_time.stamp_ns(telemetry.time))
+        self._pose.publish(rig_messages.pose(telemetry, time_))
+        self._joints.publish(rig_messages.joint_states(telemetry, time_))
+        if self._count % _STATE_EVERY == 0:
+            self._state.publish(rig_messages.rig_state(telemetry, time_))
+        self._count += 1
+
+    def _publish_diagnostics(self, health: LoopHealth) -> None:
+        if self._host_time.check(measured_offset_ns()):
+            self.get_logger().warning("the system clock was stepped; stamps follow")
+        if self._telemetry is None:
+            return
+        time_ = rig_messages.stamp(self._host_time.stamp_ns(time.monotonic()))
+        name = self.get_fully_qualified_name().lstrip("/")
+        self._diagnostics.publish(
+            rig_messages.diagnostics(name, self._telemetry, health, self.settings.hardware, time_)
+        )
+
+    def _loop_ended(self) -> None:
+        self.get_logger().error("the loop process ended; ending too")
+        self._ended.set()
+
+    # ---- services
+
+    def _on_home(self, _request: Any, response: Any) -> Any:
+        return self._trigger(Home(self.loop.next_id()), response, _HOMING_TIMEOUT)
+
+    def _on_stop(self, _request: Any, response: Any) -> Any:
+        return self._trigger(Stop(self.loop.next_id()), response, _REPLY_TIMEOUT)
+
+    def _on_reset(self, _request: Any, response: Any) -> Any:
+        return self._trigger(Reset(self.loop.next_id()), response, _REPLY_TIMEOUT)
+
+    def _trigger(self, command: Command, response: Any, timeout: float) -> Any:
+        result = self._run(command, timeout)
+        response.success, response.message = result.success, result.message
+        return response
+
+    def _run(self, command: Command, timeout: float) -> Result:
+        """Send a command and wait for its end."""
+        reply, end = self.loop.request(command)
+        try:
+            answer = reply.result(_REPLY_TIMEOUT)
+            if not answer.accepted:
+                return Result(command.id, False, answer.message)
+            return end.result(timeout)
+        except FutureTimeout:
+            return Result(command.id, False, f"no result within {timeout:g} s")
+        except LoopGone as error:
+            return Result(command.id, False, str(error))
+
+    # ---- action
+
+    def _on_goal(self, goal: Any) -> Any:
+        telemetry = self._telemetry
+        if telemetry is None:
+            return GoalResponse.REJECT
+        command = DriveSine(0, goal.amplitude, goal.angular_frequency, goal.cycles)
+        reason = refuse_drive(
+            command, Mode(telemetry.mode), telemetry.fault_text, telemetry.switches, self._spec.parameters
+        )
+        if reason is None:
+            return GoalResponse.ACCEPT
+        self.get_logger().warning(f"sinusoid goal rejected: {reason}")
+        return GoalResponse.REJECT
+
+    def _drive(self, handle: Any) -> Any:
+        goal = handle.request
+        command = DriveSine(self.loop.next_id(), goal.amplitude, goal.angular_frequency, goal.cycles)
+        reply, end = self.loop.request(command)
+        result = Sinusoid.Result()
+        try:
+            answer = reply.result(_REPLY_TIMEOUT)
+            if not answer.accepted:
+                handle.abort()
+                result.message = answer.message
+                return result
+            outcome = self._follow(handle, command, end)
+        except (FutureTimeout, LoopGone) as error:
+            handle.abort()
+            result.message = str(error) or "the loop does not answer"
+            return result
+        result.success, result.message, result.rms_error = outcome.success, outcome.message, outcome.rms_error
+        if outcome.success:
+            handle.succeed()
+        elif handle.is_cancel_requested:
+            handle.canceled()
+        else:
+            handle.abort()
+        return result
+
+    def _follow(self, handle: Any, command: DriveSine, end: Future[Result]) -> Result:
+        """Give feedback until the motion ends; a cancelled goal is a soft stop."""
+        stopped: Future[Result] | None = None
+        while True:
+            try:
+                outcome = end.result(_FEEDBACK_INTERVAL)
+                break
+            except FutureTimeout:
+                pass
+            if handle.is_cancel_requested and stopped is None:
+                stopped = self.loop.request(Stop(self.loop.next_id()))[1]
+            telemetry = self._telemetry
+            if telemetry is not None and telemetry.command == command.id:
+                handle.publish_feedback(Sinusoid.Feedback(elapsed=telemetry.elapsed, position=telemetry.position))
+        if stopped is not None:
+            stopped.result(_REPLY_TIMEOUT)  # the result says "stopped" when the carriage is
+        return outcome
+
+
+def main() -> None:
+    """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
+    ended = threading.Event()
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda _number, _frame: ended.set())
+    code = 0
+    node = None
+    try:
+        node = RigNode(ended)
+        node.loop.wait_ready()
+        node.serve()
+        code = _spin(node, ended)
+    except (HardwareError, FutureTimeout) as error:
+        print(f"rig: {error or 'the loop did not start in time'}", file=sys.stderr)  # noqa: T201
+        code = 2
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass
+    if node is not None:
+        node.loop.close()
+        node.destroy_node()
+    rclpy.try_shutdown()
+    sys.exit(code)
+
+
+def _spin(node: RigNode, ended: threading.Event) -> int:
+    """Serve until told to end; 1 where the loop died unasked."""
+    executor = MultiThreadedExecutor(num_threads=4)
+    executor.add_node(node)
+    spinner = threading.Thread(target=executor.spin, name="executor", daemon=True)
+    spinner.start()
+    node.get_logger().info(
+        f"rig on {node.settings.hardware}, {node.settings.controller} control, loop pid {node.loop.pid}"
+    )
+    while not ended.wait(0.2):
+        pass
+    code = node.loop.close()
+    executor.shutdown(timeout_sec=1.0)
+    spinner.join(2.0)
+    return 0 if code == 0 else 1
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""Parameters of the rig node, and what is started from them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
+
+from gsense_rig.control.controllers import CONTROLLERS
+from gsense_rig.hardware import mf624
+from gsense_rig.hardware.interface import HardwareError
+from gsense_rig.live_board import SimulatedBoard
+from gsense_rig.loop.parameters import LoopParameters
+from gsense_rig.loop.spec import ProcessSpec
+from gsense_rig.safety.monitor import SafetyLimits
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+HARDWARE = ("sim", "mf624")
+POSE_RATE = 200.0  # Hz, of the contract
+
+
+@dataclass(frozen=True)
+class RigSettings:
+    """The node's parameters."""
+
+    hardware: str
+    controller: str
+    autohome: bool
+    seed: int
+    unit_seed: int
+    mounting: str
+    effects: tuple[str, ...]
+    bus: Path | None
+    command_timeout: float
+
+    def process_spec(self) -> ProcessSpec:
+        """What the loop process runs.
+
+        Raises:
+            HardwareError: this hardware cannot be used; the message says why.
+        """
+        if self.hardware == "mf624":
+            mf624.open_card()
+        if self.hardware not in HARDWARE:
+            raise HardwareError(f"hardware '{self.hardware}' is unknown; choose one of {', '.join(HARDWARE)}")
+        if self.controller not in CONTROLLERS:
+            raise HardwareError(f"controller '{self.controller}' is unknown; choose one of {', '.join(CONTROLLERS)}")
+        parameters = replace(
+            LoopParameters(controller=self.controller), safety=SafetyLimits(command_timeout=self.command_timeout)
+        )
+        board = SimulatedBoard(self.unit_seed, self.seed, self.effects, self.mounting, self.bus)
+        return ProcessSpec(
+            parameters=parameters,
+            seed=self.seed,
+            telemetry_every=round(parameters.rate / POSE_RATE),
+            feed_factory=board,
+        )
+
+
+def _describe(text: str, constraints: str = "", **more: Any) -> Any:
+    return ParameterDescriptor(description=text, additional_constraints=constraints, read_only=True, **more)
+
+
+def declare(node: Node) -> RigSettings:
+    """Declare the node's parameters and read them."""
+
+    def declared(name: str, default: Any, descriptor: Any) -> Any:
+        return node.declare_parameter(name, default, descriptor).value
+
+    seed = declared(
+        "seed",
+        1,
+        _describe("draws start position and sensor noise", integer_range=[IntegerRange(from_value=0, to_value=2**31)]),
+    )
+    unit_seed = declared("unit_seed", -1, _describe("draws the simulated board's own errors; -1: as seed"))
+    bus = declared("bus", "", _describe("file of the sensor bus; empty: the board's default"))
+    return RigSettings(
+        hardware=declared("hardware", "sim", _describe("the rail behind the loop", " or ".join(HARDWARE))),
+        controller=declared("controller", CONTROLLERS[0], _describe("position controller", " or ".join(CONTROLLERS))),
+        autohome=declared("autohome", False, _describe("home at the start")),
+        seed=seed,
+        unit_seed=seed if unit_seed < 0 else unit_seed,
+        mounting=declared(
+            "mounting", "0", _describe("how the simulated board is mounted", "0, 90, 180, tilt_x, tilt_y")
+        ),
+        effects=_effects(node),
+        bus=Path(bus) if bus else None,
+        command_timeout=declared(
+            "command_timeout",
+            0.5,
+            _describe(
+                "seconds without a sign of life of this node after which the loop stops the motor",
+                floating_point_range=[FloatingPointRange(from_value=0.02, to_value=10.0)],
+            ),
+        ),
+    )
+
+
+def _effects(node: Node) -> tuple[str, ...]:
+    descriptor = _describe("effects of the simulated board, NAME=VALUE each", type=ParameterType.PARAMETER_STRING_ARRAY)
+    values = node.declare_parameter("effects", [""], descriptor).value
+    return tuple(effect for effect in values if effect)
