@@ -71,8 +71,8 @@ static void run_mpu(board *b)
     const uint16_t lisy = lisy300_sum();
     battery_read(&b->cell);
     collect_radio(b);
-    const frame_mpu body = {registers,         lisy,         b->cell.millivolt, b->radio_given_up,
-                            b->bus.errors, b->retransmissions};
+    const frame_mpu body = {registers,         lisy,          b->cell.millivolt,
+                            b->radio_given_up, b->bus.errors, b->retransmissions};
     frame_put_mpu(b->frame, &body);
     hand_over(b, b->frame, FRAME_MPU, !good, start);
 }
@@ -109,7 +109,7 @@ static void run_bno_read(board *b)
         if (!b->bno_failed) {
             sample_clock_look(&b->bno_clock, b->bno_time_us, &registers[BNO_GYR_IN_BURST]);
             body.age_us = sample_clock_age(&b->bno_clock, b->bno_time_us);
-            plan_look(b, b->bno_time_us);
+            plan_look(b, hal_micros());
         }
         frame_put_bno_amg(b->bno_frame, &body);
     }
@@ -123,8 +123,8 @@ static void run_bno_look(board *b)
     uint8_t gyro[BNO_GYR_BYTES];
     if (bno055_read_gyro(&b->bno, gyro)) {
         sample_clock_look(&b->bno_clock, start, gyro);
-        /* the next read of the burst plans the next look */
-    }
+        plan_look(b, hal_micros());
+    } /* else the next burst that succeeds plans the next look */
 }
 
 static void run_status(board *b)

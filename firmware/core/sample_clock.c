@@ -29,11 +29,12 @@ static void widen(sample_clock *c)
 
 static void narrow(sample_clock *c) { c->gate_us = (uint16_t)(c->gate_us / 2u > GATE_MIN_US ? c->gate_us / 2u : GATE_MIN_US); }
 
-/* The edge was `error_us` after the prediction: a 16th of it is taken for a wrong period. */
+/* The edge was `error_us` after the prediction: a 16th of it is taken for a wrong period, less where the prediction was
+ * itself a guess (the middle of a wide interval). */
 static void trim_period(sample_clock *c, int32_t error_us)
 {
     const int32_t limit = (int32_t)(c->nominal_us * 16u) / TRIM_LIMIT_DIVISOR;
-    c->trim += error_us;
+    c->trim += c->guessed ? error_us / 4 : error_us;
     c->trim = c->trim > limit ? limit : c->trim;
     c->trim = c->trim < -limit ? -limit : c->trim;
 }
@@ -42,7 +43,7 @@ static void consume_edge(sample_clock *c, uint32_t at)
 {
     c->newest_us = at;
     c->edge_us = at + period(c);
-    c->late_step_us = c->gate_us;
+    c->late_step_us = GATE_MIN_US / 2u;
 }
 
 /* The edge lies in (looked, now], and the prediction does too: draw it to the middle, gently where the interval is wide. */
@@ -52,7 +53,8 @@ static void on_agreement(sample_clock *c, uint32_t edge, uint32_t now)
     const uint32_t middle = c->looked_us + width / 2u;
     const int32_t error = time_reached(middle, edge) ? (int32_t)(middle - edge) : -(int32_t)(edge - middle);
     int32_t pull = error / 32;
-    if (width <= 4u * GATE_MIN_US) {
+    c->guessed = width > 4u * GATE_MIN_US;
+    if (!c->guessed) {
         pull = error / 4;
         trim_period(c, error / 8);
     }
@@ -81,7 +83,8 @@ static void on_change(sample_clock *c, uint32_t now)
     } else if (time_reached(c->looked_us, edge)) { /* was due, but not there at the last look */
         trim_period(c, (int32_t)(c->looked_us - edge));
         widen(c);
-        consume_edge(c, c->looked_us);
+        const uint32_t half = (now - c->looked_us) / 2u;
+        consume_edge(c, c->looked_us + (half < c->gate_us ? half : c->gate_us));
     } else {
         on_agreement(c, edge, now);
     }
@@ -92,7 +95,9 @@ static void on_no_change(sample_clock *c, uint32_t now)
     if (!time_reached(now, c->edge_us)) {
         return;
     }
-    if (now - c->edge_us >= c->nominal_us / 2u) { /* must have come, with equal bytes */
+    /* Once the gate is narrow the prediction is trusted: the sample has come, with the bytes of the one before. */
+    const uint32_t patience = c->gate_us <= 2u * GATE_MIN_US ? 4u * c->gate_us : c->nominal_us / 2u;
+    if (now - c->edge_us >= patience) {
         consume_edge(c, c->edge_us);
     } else {
         c->late_step_us = (uint16_t)(2u * c->late_step_us);

@@ -23,6 +23,7 @@ typedef struct {
     int32_t trim;        /* measured period minus nominal, in 1/16 us */
     uint16_t gate_us;
     uint16_t late_step_us; /* distance of the looks for an edge that is overdue */
+    bool guessed; /* the last change was between looks far apart */
     bool started;
     uint8_t last[SAMPLE_BYTES];
 } sample_clock;

@@ -1,0 +1,220 @@
+"""The host board as a process: what a reader of its pseudo-terminal gets."""
+
+from __future__ import annotations
+
+import signal
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.firmware.bus_writer import BNO_PERIOD_NS, BusWriter
+from tests.firmware.host_board import BNO, FAILED, LOW, MPU, NDOF, STARTED, STATUS, Frame, HostBoard, lost, of_type
+
+
+@pytest.fixture
+def binary(firmware_build: Path) -> Path:
+    return firmware_build / "gsense_board"
+
+
+@pytest.fixture
+def bus(tmp_path: Path) -> Iterator[BusWriter]:
+    writer = BusWriter(tmp_path / "bus")
+    yield writer
+    writer.stop()
+
+
+def steps(frames: list[Frame]) -> set[int]:
+    return {(b.time_us - a.time_us) % 2**32 for a, b in zip(frames, frames[1:])}
+
+
+def wait_until(what: str, condition: object, seconds: float = 5.0) -> None:
+    end = time.monotonic() + seconds
+    while not condition():  # type: ignore[operator]
+        assert time.monotonic() < end, f"no {what} within {seconds} s"
+        time.sleep(0.02)
+
+
+def test_bench_streams_without_loss(binary: Path, tmp_path: Path) -> None:
+    with HostBoard(binary, "--bus", str(tmp_path / "none")) as board:
+        frames = board.read(2.2)
+        assert board.end() == 0
+    assert all(frame.sound for frame in frames)
+    assert lost(frames) == 0
+    assert frames[0].type == STATUS
+    mpu, bno = of_type(frames, MPU), of_type(frames, BNO)
+    assert steps(mpu) == {5000}
+    assert steps(bno) == {10000}
+    assert len(mpu) > 250
+    assert len(bno) > 100
+    assert not any(frame.flags & (FAILED | LOW) for frame in frames)
+    assert {bool(frame.flags & STARTED) for frame in mpu} == {True, False}
+    assert statistics.mean(frame.get(">h", 12) for frame in mpu) == pytest.approx(8192, abs=10)  # 1 g on z
+    assert mpu[-1].get(">h", 14) / 340 + 36.53 == pytest.approx(25, abs=0.5)
+    assert mpu[-1].get("<H", 22) * 3.3 / 16384 == pytest.approx(1.65, abs=0.02)
+    assert mpu[-1].get("<H", 24) == pytest.approx(3900, abs=5)
+    assert statistics.mean(frame.get("<h", 12) for frame in bno) == pytest.approx(981, abs=2)
+    assert any("lying still" in line for line in board.said)
+
+
+def test_fast_profile_and_ndof(binary: Path, tmp_path: Path) -> None:
+    with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast", "--bno", "ndof") as board:
+        frames = board.read(1.5)
+    assert all(frame.sound for frame in frames)
+    assert lost(frames) == 0
+    assert steps(of_type(frames, MPU)) == {2000}
+    assert steps(of_type(frames, NDOF)) == {10000}
+    assert not of_type(frames, BNO)
+
+
+def test_clock_wraps_and_skews(binary: Path, tmp_path: Path) -> None:
+    arguments = ("--bus", str(tmp_path / "none"), "--start-us", str(2**32 - 1_200_000), "--skew-ppm", "-50")
+    with HostBoard(binary, *arguments) as board:
+        frames = board.read(1.6)
+    mpu = of_type(frames, MPU)
+    assert lost(frames) == 0
+    assert steps(mpu) == {5000}
+    assert mpu[-1].time_us < mpu[0].time_us
+
+
+def test_same_seed_same_noise(binary: Path, tmp_path: Path) -> None:
+    boards = [HostBoard(binary, "--bus", str(tmp_path / "none"), "--seed", seed) for seed in ("7", "7", "8")]
+    time.sleep(0.6)  # what they send meanwhile waits in their terminals
+    noise = []
+    for board in boards:
+        with board:
+            noise.append({frame.time_us: frame.raw[8:22] for frame in of_type(board.read(0.2), MPU)})
+    both = noise[0].keys() & noise[1].keys() & noise[2].keys()
+    assert len(both) > 10
+    assert all(noise[0][t] == noise[1][t] for t in both)
+    assert any(noise[0][t] != noise[2][t] for t in both)
+
+
+def test_time_is_not_bent_by_a_late_simulation(binary: Path, tmp_path: Path, bus: BusWriter) -> None:
+    with HostBoard(binary, "--bus", str(tmp_path / "bus"), "--no-bench") as board:
+        time.sleep(0.8)
+        for pause in (0.05, 0.15, 0.02):
+            bus.hold(pause)
+            time.sleep(0.1)
+        frames = board.read(2.0)
+        mpu = [frame for frame in of_type(frames, MPU) if not frame.flags & FAILED]
+        assert len(mpu) > 300
+        assert all(frame.sound for frame in frames)
+        assert lost(frames) == 0
+        # Image's millisecond minus board time is constant to the millisecond of the images.
+        offsets = [(frame.get(">h", 8) * 1000 - frame.time_us) % (2**15 * 1000) for frame in mpu]
+        assert max(offsets) - min(offsets) <= 1000
+        assert mpu[0].get("<H", 22) == 16 * bus.lisy
+        assert mpu[0].get("<H", 24) == pytest.approx(bus.battery_mv, abs=4)
+        # A BNO sample's time as the board tells it, against the simulation's.
+        bno = [frame for frame in of_type(frames, BNO) if not frame.flags & FAILED]
+        errors = [frame.time_us - frame.get("<H", 28) - frame.get("<h", 20) * BNO_PERIOD_NS / 1000 for frame in bno]
+        print(f"age of the BNO sample: {statistics.pstdev(errors):.0f} us rms about its mean, {len(errors)} reads")
+        assert statistics.pstdev(errors) < 1000
+        assert bus.writes > 5
+        assert [bus.register("mpu", number) for number in (0x19, 0x1A, 0x1B, 0x1C, 0x6B)] == [4, 3, 8, 8, 1]
+        assert [bus.register("bno1", number) for number in (0x08, 0x09, 0x0A)] == [0x0D, 0x0B, 0x38]
+        assert [bus.register("bno0", number) for number in (0x3B, 0x3D)] == [0, 7]
+
+
+def test_dead_simulation_gives_failed_reads_and_a_new_one_is_found(binary: Path, tmp_path: Path) -> None:
+    path = tmp_path / "bus"
+    with HostBoard(binary, "--bus", str(path)) as board:
+        assert of_type(board.read(0.5), MPU)  # bench first
+        first = BusWriter(path)
+        wait_until("pick-up of the bus", lambda: any("reads the sensor bus" in line for line in board.said))
+        time.sleep(0.2)
+        assert of_type(board.read(0.3), MPU)[-1].get("<H", 22) == 16 * 300
+        first.stop()
+        time.sleep(0.8)
+        board.read(0.1)  # what was under way
+        dead = board.read(0.3)
+        assert all(frame.flags & FAILED for frame in dead if frame.type != STATUS)
+        assert len(dead) > 20
+        second = BusWriter(path, lisy=700)
+        alive = next(frame for frame in reversed(of_type(board.read(1.5), MPU)) if not frame.flags & FAILED)
+        assert alive.get("<H", 22) == 16 * 700
+        second.stop()
+
+
+def test_without_bench_reads_fail(binary: Path, tmp_path: Path) -> None:
+    with HostBoard(binary, "--bus", str(tmp_path / "none"), "--no-bench") as board:
+        frames = board.read(1.8)
+    assert lost(frames) == 0
+    assert all(frame.flags & FAILED for frame in frames if frame.type != STATUS)
+    assert of_type(frames, MPU)
+    assert of_type(frames, BNO)
+
+
+@pytest.mark.parametrize("content", [b"", b"GSNSBUS1", b"x" * 40000])
+def test_a_file_that_is_no_bus_is_ignored(binary: Path, tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "bus"
+    path.write_bytes(content)
+    with HostBoard(binary, "--bus", str(path), "--duration", "0.5") as board:
+        assert board.process.wait(timeout=10) == 0
+    assert any("lying still" in line for line in board.said)
+    assert content == b"" or any("not a sensor bus" in line for line in board.said)
+
+
+def test_nobody_reads_then_whole_packets_only(binary: Path, tmp_path: Path) -> None:
+    with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast") as board:
+        time.sleep(2.0)
+        frames = board.read(0.5)
+        assert all(frame.sound for frame in frames)
+        assert frames[0].sequence > 300  # the oldest are gone, not the newest
+        again = board.read(0.4)  # a reader may come back
+        assert all(frame.sound for frame in again)
+        assert len(again) > 100
+        assert board.end() == 0
+    assert any("dropped for want of a reader" in line and " 0 dropped" not in line for line in board.said)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
+def test_link_is_made_and_removed(binary: Path, tmp_path: Path, how: signal.Signals) -> None:
+    link = tmp_path / "board"
+    with HostBoard(binary, "--bus", str(tmp_path / "none"), "--link", str(link)) as board:
+        assert str(link.readlink()) == board.port
+        board.process.send_signal(how)
+        assert board.process.wait(timeout=10) == 0
+    assert not link.is_symlink()
+
+
+def test_link_of_another_board_is_left_alone(binary: Path, tmp_path: Path) -> None:
+    link = tmp_path / "board"
+    with HostBoard(binary, "--link", str(link)) as old, HostBoard(binary, "--link", str(link)) as new:
+        assert str(link.readlink()) == new.port
+        assert old.end() == 0
+        assert str(link.readlink()) == new.port
+
+
+def test_exits_with_its_parent_when_asked(binary: Path, tmp_path: Path) -> None:
+    link = tmp_path / "board"
+    script = (
+        "import subprocess, sys\n"
+        f"board = subprocess.Popen([{str(binary)!r}, '--exit-with-parent', '--link', {str(link)!r}], "
+        "stdout=subprocess.PIPE)\n"
+        "board.stdout.readline()\n"
+    )
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=20)
+    wait_until("removal of the link", lambda: not link.is_symlink())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--profile", "slow"), "--profile is default or fast, not 'slow'"),
+        (("--skew-ppm", "x"), "--skew-ppm takes a number from -1000 to 1000, not 'x'"),
+        (("--link", "/nowhere/board"), "/nowhere/board: No such file or directory"),
+        (("extra",), "'extra' is not an option"),
+    ],
+)
+def test_bad_arguments_are_said_in_one_line(binary: Path, arguments: tuple[str, ...], said: str) -> None:
+    done = subprocess.run([binary, *arguments], capture_output=True, text=True, timeout=10, check=False)
+    assert done.returncode in (1, 2)
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert said in done.stderr
