@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gsense_fusion.attitude import Madgwick
-from gsense_fusion.attitude.errors import inclination_error
+from gsense_fusion.attitude import Madgwick, attitude_at_rest
+from gsense_fusion.attitude.errors import inclination_error, total_error
 from gsense_fusion.attitude.fusion import Channel, Estimate, Fusion
 from gsense_fusion.compensation import CompensationFile, GSensitivity, TemperatureBias
 
@@ -44,14 +44,8 @@ def test_every_sample_gets_its_estimate_and_the_first_second_gives_the_start() -
     assert [e.source for e in out] == list(range(1, 601))
     assert fusion.status.rest_seen
     np.testing.assert_allclose(fusion.status.bias[False], BIAS, atol=3e-4)
-    up = np.array([[*_level(TILT)]])
+    up = attitude_at_rest(TILT)[None]
     assert np.degrees(inclination_error(out[-1].quaternion[None], up)[0]) < 0.1
-
-
-def _level(force: Any) -> Any:
-    from gsense_fusion.attitude import attitude_at_rest
-
-    return attitude_at_rest(force)
 
 
 def test_compensated_rate_is_the_input_less_the_terms_and_both_start_alike() -> None:
@@ -85,7 +79,7 @@ def test_start_in_motion_is_said_and_corrected_at_rest() -> None:
     out = _feed(fusion, 400, rate[400:], force[400:])
     assert fusion.status.rest_seen
     np.testing.assert_allclose(fusion.status.bias[False], BIAS, atol=3e-4)
-    assert np.degrees(inclination_error(out[-1].quaternion[None], _level(TILT)[None])[0]) < 0.2
+    assert np.degrees(inclination_error(out[-1].quaternion[None], attitude_at_rest(TILT)[None])[0]) < 0.2
 
 
 def test_gaps_disorder_and_a_restarted_source() -> None:
@@ -112,6 +106,18 @@ def test_field_gives_the_heading_at_the_start() -> None:
         out += fusion.add_sample(i * STEP, rate[i], np.array([0.0, 0.0, 9.81]), i)
     assert fusion.status.uses_field
     np.testing.assert_allclose(out[-1].quaternion, [np.sqrt(0.5), 0, 0, np.sqrt(0.5)], atol=2e-3)
+
+
+def test_a_field_that_comes_later_gives_the_heading_at_once() -> None:
+    fusion = _fusion()
+    rate, force = _rest(420)
+    _feed(fusion, 0, rate[:400], force[:400])
+    assert not fusion.status.uses_field
+    body = np.array([0.0, -2e-5, -4e-5])  # y points south
+    fusion.add_field(body)
+    out = _feed(fusion, 400, rate[400:], force[400:])
+    expected = attitude_at_rest(TILT, body)
+    assert total_error(out[-1].quaternion[None], expected[None])[0] < 0.01
 
 
 def test_without_accelerometer_the_turn_is_counted_from_the_start() -> None:

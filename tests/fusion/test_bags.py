@@ -205,3 +205,13 @@ def test_a_bag_without_imu_and_one_without_messages(tmp_path: Path) -> None:
     rail_bag(0).write(tmp_path / "none")
     with pytest.raises(BagError, match="no sensor_msgs/msg/Imu topic"):
         load_run(tmp_path / "none", "x")
+
+
+def test_a_damaged_chunk_is_named(tmp_path: Path) -> None:
+    path = rail_bag(2000).write(tmp_path / "bag", MCAP, "storage") / "bag.mcap"
+    content = bytearray(path.read_bytes())
+    content[content.index(b"zstd") + 5000] ^= 0xFF
+    path.write_bytes(content)
+    with pytest.raises(BagError, match="damaged, cannot be read to its end") as caught:
+        load_run(path, "mpu6050")
+    assert str(path) in str(caught.value)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from rosbags.rosbag2 import Reader
 
 from gsense_fusion.bags import BagError, load_run
+from gsense_fusion.bags.mcap_messages import Sink, read_messages
 
 from .bag_data import recordings
 
@@ -27,6 +29,28 @@ def test_jazzy_recorder(name: str, imu: int, pose: int, mag: int) -> None:
     assert (len(run.imu), len(run.pose.stamp_ns), len(run.mag.stamp_ns)) == (imu, pose, mag)
     assert run.imu.rate_hz == pytest.approx(200.0, abs=0.5)
     assert np.median(run.imu.received_ns - run.imu.stamp_ns) < 5e6
+
+
+@pytest.mark.parametrize(
+    "parts",
+    [("rosbag2_jazzy", "mcap", "rig_mcap_0.mcap"), ("rail_sessions", "session_a", "run_01", "run_01.mcap")],
+)
+def test_messages_equal_those_of_the_library(parts: tuple[str, ...]) -> None:
+    path = recordings(*parts)
+    ours: dict[int, list[tuple[int, bytes]]] = {}
+    theirs: dict[int, list[tuple[int, bytes]]] = {}
+    with Reader(path) as reader:
+        for connection in reader.connections:
+            ours[connection.id], theirs[connection.id] = [], []
+        for connection, received, data in reader.messages():
+            theirs[connection.id].append((received, bytes(data)))
+
+    def sink(channel: int) -> Sink:
+        return lambda received, data: ours[channel].append((received, data))
+
+    read_messages(path, {channel: sink(channel) for channel in ours})
+    assert ours == theirs
+    assert sum(map(len, ours.values())) > 1000
 
 
 def test_lossy_recording_shows_its_gap() -> None:

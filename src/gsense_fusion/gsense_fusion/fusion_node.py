@@ -15,6 +15,7 @@ import numpy as np
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -96,8 +97,8 @@ class FusionNode(Node):
 
     def _filter_names(self) -> list[str]:
         value = self.get_parameter("filter").value
-        names = [value] if isinstance(value, str) else list(value or [])
-        if not names or not all(isinstance(name, str) for name in names):
+        names = [value] if isinstance(value, str) else value
+        if not isinstance(names, (list, tuple)) or not names or not all(isinstance(name, str) for name in names):
             raise UnknownFilterError(f"parameter filter: a name or a list of names is needed, not {value!r}")
         return list(dict.fromkeys(names))
 
@@ -190,9 +191,11 @@ def main() -> int:
         node = FusionNode()
         executor = _executor()
         executor.add_node(node)
-        executor.spin()
-    except (CompensationError, UnknownFilterError, ValueError) as error:
-        sys.stderr.write(f"fusion: {error}\n")
+        while rclpy.ok():
+            # not spin(): the EventsExecutor of rclpy 7.1 blocks in it, without callbacks and deaf to signals
+            executor.spin_once(timeout_sec=0.2)
+    except (CompensationError, UnknownFilterError, ParameterException, ValueError) as error:
+        sys.stderr.write(f"fusion: {' '.join(str(error).split())}\n")
         return 2
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0

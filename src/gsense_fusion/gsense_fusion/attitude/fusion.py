@@ -16,7 +16,7 @@ import numpy as np
 
 from gsense_fusion.compensation import CompensationFile, Compensator
 
-from .initial import attitude_at_rest, levelled
+from .initial import attitude_at_rest, headed, levelled
 from .interface import AttitudeFilter, FloatArray
 from .rest import is_rest
 from .timing import StepKind, StepTimer, TimingCounts
@@ -241,8 +241,10 @@ class Fusion:
             self._window = []
 
     def _filter(self, sample: _Sample) -> list[Estimate]:
-        if sample.field is not None:
+        if sample.field is not None and not self.status.uses_field:
             self.status.uses_field = True
+            for channel in self.channels:  # one that comes up later: its heading at once, not at the filter's pace
+                channel.filter.quaternion = headed(channel.filter.quaternion, sample.field)
         estimates = []
         for channel in self.channels:
             rate = sample.rates[channel.compensated]

@@ -66,3 +66,20 @@ def levelled(quaternion: FloatArray, specific_force: FloatArray) -> FloatArray:
     angle = float(np.arctan2(np.hypot(up[0], up[1]), up[2]))
     x, y, z, w = (Rotation.from_rotvec(axis * (angle / length)) * now).as_quat()
     return np.array([w, x, y, z])
+
+
+def headed(quaternion: FloatArray, field: FloatArray) -> FloatArray:
+    """The attitude turned about the vertical until the field points north.
+
+    Args:
+        quaternion: body -> ENU, (w, x, y, z), shape (4,).
+        field: magnetic field in the body, any unit, shape (3,).
+
+    Returns:
+        Quaternion, shape (4,).
+    """
+    w, x, y, z = quaternion
+    now = Rotation.from_quat([x, y, z, w])
+    east, north, _ = now.apply(field)
+    x, y, z, w = (Rotation.from_rotvec([0.0, 0.0, float(np.arctan2(east, north))]) * now).as_quat()
+    return np.array([w, x, y, z])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -73,6 +73,11 @@ class _Table:
     stamp_ns: NDArray[np.int64]
     received_ns: NDArray[np.int64]
     columns: cdr.Columns
+
+    def take(self, rows: NDArray[np.intp]) -> _Table:
+        """The given rows, in the given order."""
+        columns = {key: value[rows] for key, value in self.columns.items()}
+        return _Table(self.stamp_ns[rows], self.received_ns[rows], columns)
 
     def column(self, name: str) -> NDArray[np.float64]:
         return self.columns.get(name, np.full(len(self.stamp_ns), np.nan))
@@ -146,7 +151,10 @@ class _Loader:
         except ValueError as error:
             raise BagError(f"{self.path}: {name}: {error}; the recording is damaged") from error
         received = np.array(topic.received_ns, dtype=np.int64)
-        return self._in_order(topic.name, _Table(decoded.stamp_ns, received, decoded.columns))
+        table = _Table(decoded.stamp_ns, received, decoded.columns)
+        if np.any(np.diff(received) < 0):  # recorders may write out of order; what counts is the order of reception
+            table = table.take(np.argsort(received, kind="stable"))
+        return self._in_order(topic.name, table)
 
     def _in_order(self, name: str, table: _Table) -> _Table:
         stamp, keep = table.stamp_ns, np.ones(len(table.stamp_ns), dtype=bool)
@@ -168,8 +176,7 @@ class _Loader:
             index = index[first]
         if len(index) == len(stamp) and not backwards:
             return _Table(stamp, table.received_ns, table.columns)
-        columns = {key: value[index] for key, value in table.columns.items()}
-        return _Table(stamp[index], table.received_ns[index], columns)
+        return replace(table, stamp_ns=stamp).take(index)
 
     def _finite(self, name: str, table: _Table) -> _Table:
         """Without the samples that are not numbers in a field that they report."""
@@ -182,8 +189,7 @@ class _Loader:
         if not good.any():
             raise BagError(f"{self.path}: {name} holds no sample that is a number; check the sensor")
         self.notes.append(f"{name}: {int(np.sum(~good))} samples that are not numbers dropped")
-        columns = {key: value[good] for key, value in table.columns.items()}
-        return _Table(table.stamp_ns[good], table.received_ns[good], columns)
+        return table.take(np.flatnonzero(good))
 
     def _same_time(self, name: str | None, table: _Table | None, imu: ImuSeries) -> _Table | None:
         """The table, or None with a note where it shares no time with the IMU (another clock)."""

@@ -19,6 +19,8 @@ import yaml
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
+from .mcap_messages import read_messages
+
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
@@ -66,7 +68,7 @@ class Storage:
             known.count += connection.msgcount
 
     def read(self, names: list[str]) -> dict[str, RawTopic]:
-        """Messages of the topics `names`, in order of reception within each storage file.
+        """Messages of the topics `names`, in order of the storage files (MCAP: of writing, SQLite3: of reception).
 
         Raises:
             BagError: the storage is damaged.
@@ -83,12 +85,22 @@ class Storage:
         return wanted
 
     def _read_file(self, reader: Reader, connections: list[Connection], wanted: dict[str, RawTopic]) -> None:
-        sinks = {c.topic: (wanted[c.topic].received_ns.append, wanted[c.topic].payloads.append) for c in connections}
-        unpack = self._unpack
+        sinks = {c.id: _sink(wanted[c.topic], self._unpack) for c in connections}
+        if Path(str(reader.path)).suffix == ".mcap":
+            read_messages(Path(str(reader.path)), sinks)
+            return
         for connection, received, payload in reader.messages(connections):
-            add_time, add_payload = sinks[connection.topic]
-            add_time(received)
-            add_payload(unpack(payload) if unpack else payload)
+            sinks[connection.id](received, payload)
+
+
+def _sink(topic: RawTopic, unpack: Callable[[bytes], bytes] | None) -> Callable[[int, bytes], None]:
+    add_time, add_payload = topic.received_ns.append, topic.payloads.append
+
+    def sink(received: int, payload: bytes) -> None:
+        add_time(received)
+        add_payload(unpack(payload) if unpack else payload)
+
+    return sink
 
 
 def _one_line(error: BaseException) -> str:
