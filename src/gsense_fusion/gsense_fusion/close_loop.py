@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gsense_fusion.bags.reader import BagError, load_run
+from gsense_fusion.bags import BagError, load_run
 from gsense_fusion.bags.run import Run
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.compensation.model import write_compensation
@@ -52,11 +52,18 @@ def _fail(message: str) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="close_loop",
-        description="Find what the declared gyro model lacks, and show the error before and after on runs that were not fitted.",
+        description="Find what the declared gyro model lacks; show the error before and after on runs not fitted.",
     )
-    parser.add_argument("--fit", nargs="+", type=Path, required=True, metavar="BAG", help="bags to fit (one bag, one run)")
     parser.add_argument(
-        "--held-out", nargs="+", type=Path, default=[], metavar="BAG", help="bags to judge by; without: each run in turn"
+        "--fit", nargs="+", type=Path, required=True, metavar="BAG", help="bags to fit (one bag, one run)"
+    )
+    parser.add_argument(
+        "--held-out",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="BAG",
+        help="bags to judge by; without: each run in turn",
     )
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(
@@ -64,7 +71,9 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--effects", type=Path, metavar="FILE.py", help="a file with effects of your own")
     parser.add_argument("--latitude", type=float, metavar="DEG", help="of the rig: earth rate is then subtracted")
-    parser.add_argument("--rail-azimuth", type=float, metavar="DEG", help="of the rail's positive direction, from north over east")
+    parser.add_argument(
+        "--rail-azimuth", type=float, metavar="DEG", help="of the rail's positive direction, from north over east"
+    )
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the report")
     return parser
 
@@ -119,12 +128,15 @@ def own_effects(path: Path) -> list[Effect]:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # noqa: BLE001  (a user's code may raise anything)
+    except Exception as error:
         raise IdentificationError(f"{path}: {type(error).__name__}: {error}") from error
     kinds = [
         c
         for c in vars(module).values()
-        if inspect.isclass(c) and issubclass(c, Effect) and not inspect.isabstract(c) and c.__module__ == module.__name__
+        if inspect.isclass(c)
+        and issubclass(c, Effect)
+        and not inspect.isabstract(c)
+        and c.__module__ == module.__name__
     ]
     if not kinds:
         raise IdentificationError(f"{path}: defines no subclass of gsense_fusion.identification.effects.base.Effect")

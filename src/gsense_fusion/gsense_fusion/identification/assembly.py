@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from gsense_fusion.identification import plotdata
+from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE, RunData
 from gsense_fusion.identification.effects.base import Effect
-from gsense_fusion.identification.engine import UNDECIDED, Analysis
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
     RATE_BAND_HZ,
+    AttitudeTrace,
     Rms,
     attitude_rms,
     attitude_traces,
@@ -26,7 +28,7 @@ from gsense_fusion.identification.predict import Prediction, Predictor, session_
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection, template_stderr
 from gsense_fusion.identification.sufficiency import Symptom
-from gsense_fusion.identification.types import AXES, FloatArray, Parameter
+from gsense_fusion.identification.types import AXES, Parameter
 
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
@@ -39,9 +41,8 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     say("errors on held-out runs", 0.9)
     full = a.claims.full
     folds = a.folds
-    rate = Rms(
-        *(band_rms(folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full")), noise_floor(folds, a.noise, full.drift)
-    )
+    before, declared, after = (band_rms(folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
+    rate = Rms(before, declared, after, noise_floor(folds, a.noise, full.drift))
     poses = [pose_rms(folds, m) for m in ("raw", "declared", "full")]
     pose = None
     if poses[0] is not None and poses[1] is not None and poses[2] is not None:
@@ -64,7 +65,9 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         g_matrix=_g_matrix(a.likelihood, full),
         temperature_reference=TEMPERATURE_REFERENCE,
         undecided=_undecided(a),
-        notes=tuple(n for n in a.notes if UNDECIDED not in n) + a.claims.notes + tuple(n for c in a.clean for n in c.notes),
+        notes=tuple(n for n in a.notes if UNDECIDED not in n)
+        + a.claims.notes
+        + tuple(n for c in a.clean for n in c.notes),
         ranking=_ranking(a.selection, full),
         plots=_plots(a, traces),
     )
@@ -126,8 +129,6 @@ def _g_matrix(likelihood: Likelihood, fit: Fit) -> tuple[tuple[float, float, flo
 
 def g_significant(likelihood: Likelihood, fit: Fit) -> bool:
     """Whether G as a whole differs from zero."""
-    from scipy.stats import chi2  # noqa: PLC0415
-
     first = likelihood.columns.start["g_sensitivity"]
     beta = fit.beta[first : first + 9]
     covariance = fit.covariance[first : first + 9, first : first + 9]
@@ -171,7 +172,7 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
     out = []
     full = a.claims.full
     steps = ["declared", *a.claims.names]
-    for before, name in zip(steps[:-1], steps[1:], strict=True):
+    for before, name in itertools.pairwise(steps):
         effect = a.selection.effects[name]
         band = _own_band(a, effect)
         parameters = effect_parameters(a.likelihood, full, effect)
@@ -243,7 +244,7 @@ def _ranking(selection: Selection, full: Fit) -> tuple[Ranked, ...]:
     return tuple(Ranked(tuple(sorted(c.fit.names)), best - c.score, full.loglik - c.fit.loglik) for c in tried[:12])
 
 
-def _plots(a: Analysis, traces: Sequence[plotdata.AttitudeTrace]) -> Plots:
+def _plots(a: Analysis, traces: Sequence[AttitudeTrace]) -> Plots:
     return Plots(
         per_run=plotdata.per_run(a),
         orders=plotdata.orders(a),
@@ -254,5 +255,3 @@ def _plots(a: Analysis, traces: Sequence[plotdata.AttitudeTrace]) -> Plots:
         attitude=plotdata.worst_attitude(traces),
         **plotdata.spectra(a),
     )
-
-

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -37,7 +38,7 @@ def _cut_window(data: RunData, window: Window) -> list[Window]:
     length = unit * rate if window.moving else len(window) / count
     edges = window.start + np.rint(np.arange(count + 1) * length).astype(int)
     edges = np.minimum(edges, window.stop)
-    return [Window(int(a), int(b), window.moving) for a, b in zip(edges[:-1], edges[1:], strict=True) if b > a]
+    return [Window(int(a), int(b), window.moving) for a, b in itertools.pairwise(edges) if b > a]
 
 
 def block_means(runs: Sequence[RunData], cuts: Sequence[Cut]) -> Blocks:
@@ -47,12 +48,18 @@ def block_means(runs: Sequence[RunData], cuts: Sequence[Cut]) -> Blocks:
     duration = np.array([len(w) / runs[r].run.rate_hz for r, w in cuts])
     session = np.array([runs[r].run.session for r, _ in cuts], dtype=np.int64)
     run = np.array([r for r, _ in cuts], dtype=np.int64)
-    pose = np.array([-1 if runs[r].mounting_number is None else runs[r].mounting_number for r, _ in cuts], dtype=np.int64)
+    pose = np.array(
+        [-1 if runs[r].mounting_number is None else runs[r].mounting_number for r, _ in cuts], dtype=np.int64
+    )
     return Blocks(time, duration, rate, session, run, pose)
 
 
 def block_design(
-    runs: Sequence[RunData], cuts: Sequence[Cut], effects: tuple[Effect, ...], source: DriverSource, templates: Templates
+    runs: Sequence[RunData],
+    cuts: Sequence[Cut],
+    effects: tuple[Effect, ...],
+    source: DriverSource,
+    templates: Templates,
 ) -> FloatArray:
     """Block means of the effects' columns, shape (b, 3, P)."""
     total = sum(len(effect.parameters) for effect in effects)

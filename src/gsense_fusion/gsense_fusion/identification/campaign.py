@@ -7,12 +7,20 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.fft import prev_fast_len
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.motion import CarriageMotion, Kinematics
-from gsense_fusion.identification.mounting import Delay, Mounting, RunGeometry, common_delay, find_mountings, run_geometry
+from gsense_fusion.identification.mounting import (
+    Delay,
+    Mounting,
+    RunGeometry,
+    common_delay,
+    find_mountings,
+    run_geometry,
+)
 from gsense_fusion.identification.types import FloatArray, Role
 
 TEMPERATURE_REFERENCE = 25.0
@@ -20,6 +28,7 @@ TEMPERATURE_REFERENCE = 25.0
 EDGE_S = 0.15
 """Trimmed from windows at both ends: filters ring after a change of motion."""
 MIN_STILL_S = 1.0
+FAST_LENGTH_FROM = 500
 MIN_MOVING_S = 4.0
 
 
@@ -123,7 +132,10 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
 def _cut(run: CleanRun, start: float, stop: float, moving: bool) -> Window:
     low = int(np.searchsorted(run.time, start + EDGE_S))
     high = int(np.searchsorted(run.time, stop - EDGE_S))
-    return Window(low, max(low, high), moving)
+    length = max(0, high - low)
+    if length > FAST_LENGTH_FROM:  # a window of a length that the FFT likes loses a few samples and wins a lot of time
+        length = int(prev_fast_len(length, real=True))
+    return Window(low, low + length, moving)
 
 
 class DriverSource:

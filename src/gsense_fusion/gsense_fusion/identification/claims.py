@@ -15,7 +15,7 @@ from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
 REFINEMENT_PART = 0.01
-"""An effect that removes less than this part of what the strongest one removes is a refinement of its shape, not a claim."""
+"""An effect that removes less than this part of what the strongest one does refines a shape; it is no claim."""
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""
 
@@ -45,7 +45,9 @@ def judge(selection: Selection, best: Fit) -> Claims:
     strongest = max((selection.gain(best, n)[0] for n in found), default=0.0)
     for name in found:
         if selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
-            notes.append(f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim")
+            notes.append(
+                f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
+            )
         elif selection.effects[name].dynamic and not _survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
         else:

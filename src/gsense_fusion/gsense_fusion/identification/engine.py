@@ -2,58 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import replace
 
 from gsense_fusion.bags.run import Run
+from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
+from gsense_fusion.identification.assembly import assemble
 from gsense_fusion.identification.campaign import Campaign, DriverSource, build_campaign
-from gsense_fusion.identification.claims import Claims, judge
-from gsense_fusion.identification.earth import Site, without_earth_rate
-from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.claims import judge
+from gsense_fusion.identification.earth import without_earth_rate
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
-from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.metrics import Held
-from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.selection import Selection
 from gsense_fusion.identification.stillness import expand_still
 from gsense_fusion.identification.types import IdentificationError, Role
 
-UNDECIDED = "could not be decided"
-Progress = Callable[[str, float], None]
-"""Called with what is being done and the part of the work that is done (0 to 1)."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """What the caller may choose."""
-
-    sensor: str
-    declared: tuple[str, ...] = ("bias", "g_sensitivity")
-    catalogue: tuple[Effect, ...] = CATALOGUE
-    site: Site | None = None
-    """Where the rig stands; without it earth rate is a constant of each mounting."""
-
-
-@dataclass(frozen=True, eq=False)
-class Analysis:
-    """Everything the assembly of the result needs."""
-
-    settings: Settings
-    clean: tuple[CleanRun, ...]
-    campaign: Campaign
-    noise: dict[int, NoiseModel]
-    likelihood: Likelihood
-    selection: Selection
-    declared: Fit
-    claims: Claims
-    folds: tuple[Held, ...]
-    notes: tuple[str, ...]
+__all__ = ["Settings", "close_loop"]
 
 
 def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: Progress | None = None) -> LoopResult:
@@ -68,8 +36,6 @@ def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: P
         IdentificationError: The input is unusable; one line says why.
 
     """
-    from gsense_fusion.identification.assembly import assemble  # noqa: PLC0415  (it needs Analysis)
-
     say = progress or (lambda _text, _part: None)
     return assemble(_analyse(runs, settings, say), say)
 
@@ -97,9 +63,20 @@ def _analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress
     declared = selection.candidate(base).fit
     folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
     if not folds:
-        raise IdentificationError(f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs")
+        raise IdentificationError(
+            f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs"
+        )
     return Analysis(
-        settings, tuple(clean), campaign, noise, likelihood, selection, declared, claims, tuple(folds), notes + undecidable
+        settings,
+        tuple(clean),
+        campaign,
+        noise,
+        likelihood,
+        selection,
+        declared,
+        claims,
+        tuple(folds),
+        notes + undecidable,
     )
 
 

@@ -44,7 +44,8 @@ def make_folds(
             continue
         likelihood = Likelihood(fold, fold_source, effects, noise)
         models = {
-            label: Prediction.of(label, likelihood.evaluate(fit.names, fit.templates, fit.drift)) for label, fit in fits.items()
+            label: Prediction.of(label, likelihood.evaluate(fit.names, fit.templates, fit.drift))
+            for label, fit in fits.items()
         }
         out.append(Held(fold.held_out, fold.runs, _with_raw(models), Predictor(effects, fold_source)))
     return out

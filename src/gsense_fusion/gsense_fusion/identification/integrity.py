@@ -1,7 +1,7 @@
 """The layer before any fit: uniform sample grid, losses, clipping, sessions.
 
-Everything later works in the frequency domain and needs equidistant samples; a loss that is not seen here would look like
-a phase effect there.
+Everything later works in the frequency domain and needs equidistant samples; a loss that is not seen here would look
+like a phase effect there.
 """
 
 from __future__ import annotations

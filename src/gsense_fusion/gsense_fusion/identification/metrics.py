@@ -100,7 +100,11 @@ def noise_floor(
 
 
 def _pieces(runs: Sequence[RunData], length_s: float = 8.0) -> Blocks:
-    time, duration, session, number, pose = [], [], [], [], []
+    time: list[float] = []
+    duration: list[float] = []
+    session: list[int] = []
+    number: list[int] = []
+    pose: list[int] = []
     for i, data in enumerate(runs):
         count = max(1, round(len(data.run) / data.run.rate_hz / length_s))
         edges = np.linspace(data.run.time[0], data.run.time[-1], count + 1)
@@ -109,14 +113,17 @@ def _pieces(runs: Sequence[RunData], length_s: float = 8.0) -> Blocks:
         session.extend([data.run.session] * count)
         number.extend([i] * count)
         pose.extend([-1 if data.mounting_number is None else data.mounting_number] * count)
-    numbers = [np.array(x, dtype=np.int64) for x in (session, number, pose)]
-    return Blocks(np.array(time), np.array(duration), np.zeros((len(time), 3)), *numbers)
+    rate = np.zeros((len(time), 3))
+    of_session, of_run, of_pose = (np.array(x, dtype=np.int64) for x in (session, number, pose))
+    return Blocks(np.array(time), np.array(duration), rate, of_session, of_run, of_pose)
 
 
 def _bias_contrast(fold: Held, pieces: Blocks, data: RunData) -> FloatArray:
     """Weights of the pieces in (mean of a held-out run minus its session's bias), shape (b,)."""
     own = np.array([fold.everything[r] is data for r in pieces.run])
-    fitted = np.array([fold.everything[r].is_fit and fold.everything[r].run.session == data.run.session for r in pieces.run])
+    fitted = np.array(
+        [fold.everything[r].is_fit and fold.everything[r].run.session == data.run.session for r in pieces.run]
+    )
     weights = np.where(own, pieces.duration, 0.0) / float(pieces.duration[own].sum())
     if fitted.any():
         weights = weights - np.where(fitted, pieces.duration, 0.0) / float(pieces.duration[fitted].sum())
@@ -154,12 +161,12 @@ class AttitudeTrace:
 
 def attitude_traces(folds: Sequence[Held]) -> list[AttitudeTrace]:
     """Vertical error of every held-out run, gyro alone and through Madgwick's filter, for the three models."""
-    out = []
-    for fold in folds:
-        for data in fold.held:
-            if np.isfinite(data.run.specific_force).all() and len(data.run.axes) == 3:
-                out.append(_trace(fold, data))
-    return out
+    return [
+        _trace(fold, data)
+        for fold in folds
+        for data in fold.held
+        if np.isfinite(data.run.specific_force).all() and len(data.run.axes) == 3
+    ]
 
 
 def attitude_rms(traces: Sequence[AttitudeTrace], kind: str) -> Rms | None:

@@ -1,8 +1,8 @@
 """The carriage's motion from the encoder: position, velocity, acceleration and jerk without the encoder's noise.
 
-Differentiating quantised counts three times is hopeless, and regressing on a noisy driver attenuates its coefficient (to 0.48 at
-0.5 rad/s). In the steady part of a run the position is therefore projected on harmonics of the drive and differentiated
-analytically; elsewhere (ramps, other shapes) a band-limited derivative has to do.
+Differentiating quantised counts three times is hopeless, and regressing on a noisy driver attenuates its coefficient. In
+the steady part of a run the position is therefore projected on harmonics of the drive and differentiated analytically;
+elsewhere (ramps, other shapes) a band-limited derivative has to do.
 """
 
 from __future__ import annotations
@@ -128,7 +128,7 @@ class CarriageMotion:
         return None if self.harmonics is None else self.harmonics.amplitude
 
     def at(self, time: FloatArray) -> Kinematics:
-        """Motion at the times (n,) in s: harmonic in the steady part, band-limited elsewhere, at rest beyond the record."""
+        """Motion at the times (n,) in s: harmonic in the steady part, else band-limited, at rest beyond the record."""
         if self._smooth is None:
             return Kinematics.at_rest(float(np.median(self._position)), len(time))
         smooth = self._smooth.at(time)

@@ -1,4 +1,4 @@
-"""How the board sits on the carriage and how late its samples are: read from gravity and from the accelerometer in motion."""
+"""How the board sits on the carriage and how late its samples are: from gravity and the accelerometer in motion."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class RunGeometry:
     mean_force: FloatArray
     """Specific force without the drive, m/s^2, shape (3,)."""
     along: FloatArray | None
-    """d(specific force)/d(acceleration along the rail), shape (3,); its norm is the accelerometer's scale against the encoder's."""
+    """d(specific force)/d(acceleration along the rail), shape (3,); its norm is the accelerometer's scale."""
     delay: Delay | None
 
 

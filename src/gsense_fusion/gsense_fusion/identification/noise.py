@@ -5,6 +5,7 @@ What is there at rest is noise, not a missing effect: tones at rest are notched 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -21,7 +22,7 @@ _FLOOR = 1e-18
 
 @dataclass(frozen=True)
 class NoiseModel:
-    """One-sided power spectral density of one gyro axis in (rad/s)^2/Hz: white + flicker/f + walk/f^2, times a shape."""
+    """One-sided power spectral density of one gyro axis in (rad/s)^2/Hz: (white + flicker/f + walk/f^2) shape(f)."""
 
     white: float
     """(rad/s)^2/Hz."""
@@ -123,7 +124,7 @@ def _shape(frequency: FloatArray, power: FloatArray, base: tuple[float, float, f
         del edges[-2]
     centres = [PARAMETRIC_BELOW_HZ]
     values = [1.0]
-    for a, b in zip(edges[:-1], edges[1:], strict=True):
+    for a, b in itertools.pairwise(edges):
         centres.append(float(np.mean(f[a:b])))
         # the median is blind to tones; for exponential ordinates it is ln 2 of the mean
         values.append(float(np.median(ratio[a:b]) / np.log(2)) if b - a < 200 else float(np.mean(_trim(ratio[a:b]))))

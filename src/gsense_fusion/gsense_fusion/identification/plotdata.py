@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.campaign import RunData, Window
-from gsense_fusion.identification.engine import Analysis
 from gsense_fusion.identification.metrics import (
     MIN_STILL_STRETCHES,
     RATE_BAND_HZ,
@@ -36,8 +36,9 @@ def per_run(a: Analysis) -> tuple[RunErrors, ...]:
         for data in fold.held:
             one = [Held((data,), fold.everything, fold.models, fold.predictor)]
             w = None if data.motion is None else data.motion.angular_frequency
-            values = [band_rms(one, m, RATE_BAND_HZ) for m in ("raw", "declared", "full")]
-            out.append(RunErrors(data.run.name, w, *values, noise_floor(one, a.noise, a.claims.full.drift)))
+            raw, declared, full = (band_rms(one, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
+            floor = noise_floor(one, a.noise, a.claims.full.drift)
+            out.append(RunErrors(data.run.name, w, raw, declared, full, floor))
     return tuple(sorted(out, key=lambda e: e.angular_frequency or 0.0))
 
 

@@ -75,10 +75,10 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
 
 
 def line_energy(residual: WindowResidual, frequency_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Whitened energy of a sine at any frequency (between bins too) and its squared amplitude, both per axis, shape (3,).
+    """Whitened energy of a sine at any frequency (between bins too) and its squared amplitude, per axis, shape (3,).
 
-    The energy is chi-square with two degrees of freedom where no line is, over the local level of the noise (never below one:
-    a spectrum that the rest records underestimate must not raise alarms).
+    The energy is chi-square with two degrees of freedom where no line is, over the local level of the noise (never
+    below one: a spectrum that the rest records underestimate must not raise alarms).
     """
     n, rate = len(residual.window), residual.data.run.rate_hz
     t = np.arange(n) / rate

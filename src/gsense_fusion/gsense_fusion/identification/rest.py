@@ -15,16 +15,16 @@ ORDERS_REMOVED = 12
 
 def noise_at_rest(campaign: Campaign) -> tuple[dict[int, NoiseModel], tuple[str, ...]]:
     """Noise models by gyro axis, and notes on what they rest on."""
-    still = [(r, w) for r in campaign.runs for w in r.windows if not w.moving and len(w) >= MIN_WINDOW_S * r.run.rate_hz]
+    still = [
+        (r, w) for r in campaign.runs for w in r.windows if not w.moving and len(w) >= MIN_WINDOW_S * r.run.rate_hz
+    ]
     rest_s = sum(len(w) / r.run.rate_hz for r, w in still)
     moving: list[tuple[RunData, Window]] = []
     notes: tuple[str, ...] = ()
     if rest_s < ENOUGH_REST_S:
         moving = [(r, w) for r in campaign.runs for w in r.windows if w.moving and r.run.has_rig]
-        notes = (
-            f"only {rest_s:.0f} s of rest: the noise spectrum is taken from between the drive's orders too; "
-            "record two minutes at rest",
-        )
+        lack = f"only {rest_s:.0f} s of rest: the noise is estimated from between the drive's orders too"
+        notes = (f"{lack}; record two minutes at rest",)
     models: dict[int, NoiseModel] = {}
     for axis in campaign.axes:
         windows = [r.run.angular_rate[w.start : w.stop, axis] for r, w in still]

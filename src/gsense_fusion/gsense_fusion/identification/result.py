@@ -72,7 +72,7 @@ class RunErrors:
 
 @dataclass(frozen=True, eq=False)
 class OrderSpectrum:
-    """Amplitude of the residual at half-orders of the drive, rad/s, shape (orders, 3), before and after, and the noise's."""
+    """Residual amplitude at half-orders of the drive, rad/s, shape (orders, 3), before and after, and the noise's."""
 
     order: FloatArray
     declared: FloatArray

@@ -29,7 +29,9 @@ class Candidate:
 class Selection:
     """Search over the catalogue on top of the declared effects."""
 
-    def __init__(self, likelihood: Likelihood, declared: frozenset[str], progress: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, likelihood: Likelihood, declared: frozenset[str], progress: Callable[[str], None] | None = None
+    ) -> None:
         """Take the data, the declared effects (always in the model) and where to say what is being tried."""
         self.likelihood = likelihood
         self.declared = declared
@@ -55,7 +57,9 @@ class Selection:
         """Forward, backward and swap steps until none improves."""
         best = self.candidate(self.declared)
         while True:
-            step = max((self.candidate(n) for n in self._neighbours(best.fit.names)), key=lambda c: c.score, default=best)
+            step = max(
+                (self.candidate(n) for n in self._neighbours(best.fit.names)), key=lambda c: c.score, default=best
+            )
             if step.score <= best.score:
                 return best
             best = step
@@ -79,7 +83,7 @@ class Selection:
         return all(need in names for n in names for need in self.effects[n].needs)
 
     def _template_specs(self, names: frozenset[str]) -> list[TemplateSpec]:
-        """Searched parameters of a set (a refinement that stays at its default is not paid for twice: it is never worse)."""
+        """Searched parameters that a set is charged for (a refinement pays when it leaves its default)."""
         return [t for n in sorted(names) for t in self.effects[n].templates if t.owns_effect]
 
     def _refine(self, names: frozenset[str]) -> Fit:
@@ -102,15 +106,22 @@ class Selection:
         step = float(np.max(np.diff(template.grid)))
         low, high = max(template.lower, centre - step), min(template.upper, centre + step)
         found = minimize_scalar(
-            lambda v: -evaluate(float(v)).loglik, bounds=(low, high), method="bounded", options={"xatol": (high - low) * 1e-4}
+            lambda v: -evaluate(float(v)).loglik,
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": (high - low) * 1e-3},
         )
         return self.likelihood.evaluate(names, replace(fit.templates, **{template.field: float(found.x)}))
 
     def gain(self, best: Fit, name: str) -> tuple[float, int]:
-        """Twice the log-likelihood and the number of parameters lost when an effect (and what needs it) is taken out."""
+        """Twice the log-likelihood and the parameters lost when an effect (and what needs it) is taken out."""
         dropped = frozenset(n for n in best.names if n == name or name in self.effects[n].needs)
         without = self.candidate(best.names - dropped).fit
-        lost = best.rank - without.rank + sum(len([t for t in self.effects[n].templates if t.owns_effect]) for n in dropped)
+        lost = (
+            best.rank
+            - without.rank
+            + sum(len([t for t in self.effects[n].templates if t.owns_effect]) for n in dropped)
+        )
         return 2 * (best.loglik - without.loglik), max(1, lost)
 
     def p_value(self, best: Fit, name: str) -> float:
@@ -119,7 +130,7 @@ class Selection:
         return float(chi2.sf(max(ratio, 0.0), parameters))
 
     def alternatives(self, best: Fit, name: str) -> list[str]:
-        """Effects that, put in the place of the named one, explain the data as well (whatever their number of parameters)."""
+        """Effects that, in the place of the named one, explain the data as well, however many parameters they have."""
         out = []
         for other in self.effects:
             swapped = (best.names - {name}) | {other}

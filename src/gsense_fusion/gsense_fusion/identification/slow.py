@@ -1,8 +1,8 @@
 """Slow part of the likelihood: block means under a Gaussian process of flicker noise and random walk.
 
-A constant bias over drift that is not modelled makes false g-sensitivity, and polynomials are no better. Block means carry
-what changes slowly (temperature, supply, drift); their covariance is white + flicker + random walk with strengths that
-maximise the marginal likelihood (bias of each session unknown), so an effect must explain more than drift does.
+A constant bias over drift that is not modelled makes false g-sensitivity, and polynomials are no better. Block means
+carry what changes slowly (temperature, supply, drift); their covariance is white + flicker + random walk with strengths
+that maximise the marginal likelihood (bias of each session unknown), so an effect must explain more than drift does.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from gsense_fusion.identification.whitened import Gram
 OU_RATIO = 3.0
 FASTEST_OU_S = 3.0
 EARTH_VARIANCE = 7.292115e-5**2 / 3.0
-"""(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board whose heading is not known; it turns with the mounting."""
+"""(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board of unknown heading; it turns with the mounting."""
 
 
 @dataclass(frozen=True)

@@ -43,13 +43,13 @@ def still_stretches(run: CleanRun) -> list[CleanRun]:
     quiet_force = np.maximum(np.quantile(force, QUIET_QUANTILE, axis=0), 1e-4)
     if quiet_gyro.max() > MAX_GYRO_QUIET:
         raise IdentificationError(
-            f"{run.path}: nothing is still enough (the quietest gyro deviation is {np.degrees(quiet_gyro.max()):.1f} deg/s); "
+            f"{run.path}: nothing is still enough (quietest gyro deviation {np.degrees(quiet_gyro.max()):.1f} deg/s); "
             "put the sensor down in each pose"
         )
     still = (gyro < GYRO_FACTOR * quiet_gyro).all(axis=1) & (force < FORCE_FACTOR * quiet_force).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(np.int8), [0]])))
     trim = round(TRIM_S * run.rate_hz)
-    out = []
+    out: list[CleanRun] = []
     for start, stop in zip(edges[::2] + trim, edges[1::2] - trim, strict=True):
         if (stop - start) / run.rate_hz >= MIN_STRETCH_S and _steady(run.specific_force[start:stop]):
             out.append(_cut(run, int(start), int(stop), len(out)))

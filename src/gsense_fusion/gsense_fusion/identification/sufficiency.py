@@ -5,6 +5,7 @@ A whole family of tests may raise a false alarm with the probability `FAMILY_ALP
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -109,12 +110,9 @@ def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: flo
     rms = float(np.sqrt(np.sum(orders.amplitude_squared[hits]) / 2.0))
     fastest = max(w.angular_frequency or 0.0 for w in moving)
     text = ", ".join(f"{orders.order[i]:g}" for i in strongest[:5])
-    return [
-        Symptom(
-            "orders", _names(per_axis < 0.001), float(p.min()), rms, tuple(float(orders.order[i] * fastest) for i in strongest[:5]),
-            f"locked to the drive at order {text} (frequencies given for the fastest run)",
-        )
-    ]  # fmt: skip
+    frequencies = tuple(float(orders.order[i] * fastest) for i in strongest[:5])
+    description = f"locked to the drive at order {text} (frequencies given for the fastest run)"
+    return [Symptom("orders", _names(per_axis < 0.001), float(p.min()), rms, frequencies, description)]
 
 
 def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
@@ -137,19 +135,17 @@ def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
         if all(abs(f - g) > 0.15 for g in tones):
             tones.append(f)
     text = ", ".join(f"{f:.2f}" for f in tones[:4])
-    return [
-        Symptom(
-            "lines", _names(mask), float(min(1.0, looks * np.exp(-hits[0][0]))), rms, tuple(2 * np.pi * f for f in tones[:5]),
-            f"a line at {text} Hz in motion that is not there at rest and not locked to the drive",
-        )
-    ]  # fmt: skip
+    p = float(min(1.0, looks * np.exp(-hits[0][0])))
+    frequencies = tuple(2 * np.pi * f for f in tones[:5])
+    description = f"a line at {text} Hz in motion that is not there at rest and not locked to the drive"
+    return [Symptom("lines", _names(mask), p, rms, frequencies, description)]
 
 
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     """Broadband power in motion against rest."""
     worst: tuple[float, int, float, float, float] | None = None
     looks = 0
-    for low, high in zip(BAND_EDGES_HZ[:-1], BAND_EDGES_HZ[1:], strict=True):
+    for low, high in itertools.pairwise(BAND_EDGES_HZ):
         for axis in range(3):
             mean, count, _ = _band(moving, low, high, axis)
             rest, rest_count, _ = _band(still, low, high, axis)

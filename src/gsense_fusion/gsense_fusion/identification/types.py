@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+FloatArray = NDArray[np.floating[Any]]
+"""Any float: numpy's own functions do not promise more."""
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
@@ -30,7 +32,7 @@ class Role(str, Enum):
 
 
 class Owner(str, Enum):
-    """Who must be corrected: compensate the sensor, fix the mount, correct the rig's reference, fix the chain or the encoder."""
+    """Who must be corrected: the sensor, its mount, the rig's reference, the chain (timing, supply) or the encoder."""
 
     SENSOR = "sensor"
     MOUNT = "mount"

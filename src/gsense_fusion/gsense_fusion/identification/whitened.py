@@ -1,8 +1,8 @@
 """Fast part of the likelihood: whitened regressors of each moving window, reduced to small Gram matrices per run.
 
-In the frequency domain stationary noise is independent from bin to bin, so generalised least squares is a division by the
-square root of the spectrum. Constant, slope and curvature of each window are projected out: slow things are the business of
-`slow`.
+In the frequency domain stationary noise is independent from bin to bin, so generalised least squares is a division by
+the square root of the spectrum. Constant, slope and curvature of each window are projected out: slow things are the
+business of `slow`.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import rfft
 
 from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData, Window, slice_drivers
 from gsense_fusion.identification.effects.base import Effect, Templates
@@ -152,6 +153,22 @@ class WhitenedCampaign:
         drivers = slice_drivers(self._source.of(data, templates), window)
         X = np.concatenate([effect.design(drivers) for effect in self.effects], axis=2)
         y = data.run.angular_rate[window.start : window.stop, :, None]
+        both = np.concatenate([X, y], axis=2)
         bins = window_bins(len(window), data.run.rate_hz, self._noise)
-        white = project_out_slow(whiten(np.concatenate([X, y], axis=2), bins), len(window), bins)
-        return white[:, list(self._noise), :].reshape(-1, X.shape[2] + 1)
+        parts = []
+        for axis in self._noise:
+            used = np.flatnonzero(both[:, axis, :].any(axis=0))  # most effects leave most columns of an axis empty
+            rows = np.zeros((2 * len(bins.frequency), both.shape[2]))
+            rows[:, used] = _axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
+            parts.append(rows)
+        return np.concatenate(parts)
+
+
+def _axis_rows(series: FloatArray, bins: Bins, axis: int) -> FloatArray:
+    """Whitened rows (2 * bins, k) of k series (k, n) of one axis, slow parts projected out."""
+    n = series.shape[1]
+    t = np.linspace(-1.0, 1.0, n)
+    spectrum = rfft(np.concatenate([series, t[None], t[None] ** 2]), axis=1)[:, bins.keep] * bins.weight[:, axis]
+    rows = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
+    q, _ = np.linalg.qr(rows[:, -2:])
+    return np.asarray(rows[:, :-2] - q @ (q.T @ rows[:, :-2]))

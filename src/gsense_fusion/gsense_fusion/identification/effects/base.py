@@ -53,7 +53,7 @@ class TemplateSpec:
     lower: float
     upper: float
     owns_effect: bool = False
-    """The effect exists by this parameter alone (time_offset); else it is a refinement (the lag of temperature_bias)."""
+    """The effect exists by this parameter alone (time_offset); else it refines one (lag of temperature_bias)."""
 
 
 @dataclass(frozen=True)

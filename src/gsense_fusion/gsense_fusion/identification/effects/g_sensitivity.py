@@ -20,7 +20,11 @@ class GSensitivity(Effect):
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the accelerometer, for the mounting."""
-        return "no accelerometer: the direction of the specific force is unknown" if drivers.specific_force is None else None
+        return (
+            "no accelerometer: the direction of the specific force is unknown"
+            if drivers.specific_force is None
+            else None
+        )
 
     def design(self, drivers: Drivers) -> FloatArray:
         """Row i of G times the specific force, shape (n, 3, 9)."""

@@ -11,7 +11,8 @@ from gsense_fusion.identification.types import FloatArray, Owner
 class TimeOffset(Effect):
     """G f(t - tau): everything that the gyro shows of the motion comes tau later than in the accelerometer.
 
-    It has no regressors of its own: tau shifts those of the other effects. A delay common to the whole IMU is no finding.
+    It has no regressors of its own: tau shifts those of the other effects. A delay common to the whole IMU is not a
+    finding.
     """
 
     name = "time_offset"
@@ -21,7 +22,13 @@ class TimeOffset(Effect):
     parameters = ()
     templates = (
         TemplateSpec(
-            "tau", "s", "gyro_delay_s", tuple(float(x) for x in np.linspace(-0.03, 0.09, 25)), -0.05, 0.15, owns_effect=True
+            "tau",
+            "s",
+            "gyro_delay_s",
+            tuple(float(x) for x in np.linspace(-0.03, 0.09, 25)),
+            -0.05,
+            0.15,
+            owns_effect=True,
         ),
     )
     needs = ("g_sensitivity",)
