@@ -6,6 +6,7 @@ import itertools
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from scipy.stats import chi2
 
 from gsense_fusion.identification import plotdata
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis

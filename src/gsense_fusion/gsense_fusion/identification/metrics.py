@@ -191,8 +191,9 @@ def _trace(fold: Held, data: RunData) -> AttitudeTrace:
         theta = np.concatenate([np.zeros((1, 3)), np.cumsum((rate[1:] + rate[:-1]) / 2, axis=0)]) / run.rate_hz
         gyro[label] = _angle(up0 - np.cross(theta, up0), true)
         filtered = Madgwick(MadgwickParameters())
-        filtered.quaternion = attitude_at_rest(start)
-        q = filtered.batch(np.full(len(run), 1 / run.rate_hz), rate, run.specific_force)
+        filtered.quaternion = attitude_at_rest(np.asarray(start, dtype=np.float64))
+        force = np.asarray(run.specific_force, dtype=np.float64)
+        q = filtered.batch(np.full(len(run), 1 / run.rate_hz), np.asarray(rate, dtype=np.float64), force)
         madgwick[label] = _angle(_up_of(q), true)
     return AttitudeTrace(run.name, run.time - run.time[0], gyro, madgwick)
 

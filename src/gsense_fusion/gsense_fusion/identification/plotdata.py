@@ -176,7 +176,7 @@ def spectra(a: Analysis) -> dict[str, Any]:
     fold, data, window = found
     cut = slice(window.start, window.stop)
     out: dict[str, FloatArray] = {}
-    frequency = np.zeros(0)
+    frequency: FloatArray = np.zeros(0)
     models: dict[str, Prediction] = {m: fold.models[m] for m in ("declared", "full")}
     for label, model in models.items():
         error = residual_runs(fold, model)[data][cut]
