@@ -1,8 +1,8 @@
 """The carriage's motion from the encoder: position, velocity, acceleration and jerk without the encoder's noise.
 
 Differentiating quantised counts three times is hopeless, and regressing on a noisy driver attenuates its coefficient.
-In the steady part of a run the position is therefore projected on harmonics of the drive and differentiated analytically;
-elsewhere (ramps, other shapes) a band-limited derivative has to do.
+In the steady part of a run the position is therefore projected on harmonics of the drive and differentiated
+analytically; elsewhere (ramps, other shapes) a band-limited derivative has to do.
 """
 
 from __future__ import annotations
