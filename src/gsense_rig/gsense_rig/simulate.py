@@ -61,7 +61,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _simulate(plan: Plan, folder: Path, spec: SessionSpec) -> CampaignResult:
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(plan.name, total=len(plan.runs))
 
         def progress(number: int, run: PlanRun, what: str) -> None:

@@ -41,7 +41,7 @@ class BoardClock:
     def __init__(self, skew: float, seed: int) -> None:
         self.skew = skew
         self._rng = np.random.default_rng([seed, 0x636C6F63])
-        # Half a chip's sample between its renewal and the board's read, so that the two clocks seldom meet in a session.
+        # Half a chip's sample between its renewal and the board's read, so that the two seldom meet.
         self._start = 0.5 * MPU_PERIOD
 
     def reads(self, registers: Registers, period: float, phase: float = 0.0) -> Reads:

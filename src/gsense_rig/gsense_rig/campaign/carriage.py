@@ -76,7 +76,7 @@ class Carriage:
 
     @property
     def now(self) -> float:
-        """s of the session."""
+        """Seconds of the session."""
         return self._clock.now + self._offset
 
     def home(self) -> CarriageRecord:

@@ -1,4 +1,4 @@
-"""`index.yaml` of a campaign: each run's bag, plan entry, role, checksum and state. It does not tell seed and effects."""
+"""`index.yaml` of a campaign: each run's bag, plan entry, role, checksum and state. Seed and effects are not in it."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ Scales are the driver's; see INTERFACES in docs for topics, types and convention
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -43,7 +44,7 @@ class RunMessages:
         self._epoch_ns = epoch_ns
         self._types = store.types
         self._unit_id = unit_id
-        self.topics = {name: value for name, _, value in store.fielddefs["gsense_msgs/msg/Topics"][0]}
+        self.topics = {name: str(value) for name, _, value in store.fielddefs["gsense_msgs/msg/Topics"][0]}
 
     def imu(self, sensor: str, stamp: Array, latency: Array, rate: Array, force: Array | None) -> Batch:
         """Raw Imu; `force` None: acceleration is not reported, and the rate is about z alone."""
@@ -97,7 +98,7 @@ class RunMessages:
         )
         return self._batch(self.topics["BATTERY"], example, stamp, latency, {"voltage": volts}, depth=5)
 
-    def link(self, stamp: Array, latency: Array, values: Values) -> Batch:
+    def link(self, stamp: Array, latency: Array, values: Mapping[str, npt.ArrayLike]) -> Batch:
         """LinkStatus; `values` by field."""
         example = self._types["gsense_msgs/msg/LinkStatus"](
             header=self._header(""),
@@ -130,7 +131,7 @@ class RunMessages:
         values: Values = {"position.0": position, "velocity.0": velocity, "effort.0": effort}
         return self._batch(self.topics["RIG_JOINT_STATES"], example, stamp, latency, values)
 
-    def rig_state(self, stamp: Array, latency: Array, values: Values) -> Batch:
+    def rig_state(self, stamp: Array, latency: Array, values: Mapping[str, npt.ArrayLike]) -> Batch:
         """RigState; `values` by field."""
         example = self._types["gsense_msgs/msg/RigState"](
             header=self._header(self.topics["RAIL_FRAME"]),
@@ -147,11 +148,18 @@ class RunMessages:
         return self._batch(self.topics["RIG_STATE"], example, stamp, latency, values, depth=50)
 
     def _batch(
-        self, topic: str, example: Any, stamp: Array, latency: Array, values: Values, depth: int = 200
+        self,
+        topic: str,
+        example: Any,
+        stamp: Array,
+        latency: Array,
+        values: Mapping[str, npt.ArrayLike],
+        depth: int = 200,
     ) -> Batch:
         template = Template(self._store, example)
         stamp_ns = self._epoch_ns + np.rint(stamp * 1e9).astype(np.int64)
-        log_ns = stamp_ns + np.rint(latency * 1e9).astype(np.int64)
+        # A publisher's messages arrive in their order: one that is late holds up those behind it.
+        log_ns = np.maximum.accumulate(stamp_ns + np.rint(latency * 1e9).astype(np.int64))
         return Batch("/" + topic, template.msgtype, log_ns, template.fill(stamp_ns, values), depth)
 
     def _topic(self, sensor: str, name: str) -> str:

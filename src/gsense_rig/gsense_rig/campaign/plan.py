@@ -62,7 +62,7 @@ class Plan:
 
     @property
     def duration(self) -> float:
-        """s of all runs, without the rests around them."""
+        """Seconds of all runs, without the rests around them."""
         return sum(run.duration for run in self.runs)
 
     def to_dict(self) -> dict[str, Any]:
@@ -153,7 +153,13 @@ def _impossible(run: PlanRun) -> str | None:
     if abs(run.position) + run.amplitude > SOFT_LIMIT:
         return f"position {run.position} m with amplitude {run.amplitude} m leaves the soft limits of +-{SOFT_LIMIT} m"
     if run.shape == "static":
-        return "a static run has no amplitude and no angular_frequency" if run.amplitude or run.angular_frequency else None
+        return (
+            "a static run has no amplitude and no angular_frequency" if run.amplitude or run.angular_frequency else None
+        )
+    return _impossible_motion(run)
+
+
+def _impossible_motion(run: PlanRun) -> str | None:
     if run.amplitude <= 0.0 or run.angular_frequency <= 0.0:
         return f"a {run.shape} needs an amplitude and an angular_frequency above 0"
     if run.position:

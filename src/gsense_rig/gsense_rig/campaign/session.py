@@ -1,4 +1,4 @@
-"""One simulated session: the rig, the board and the driver from switching on to the last run, without ROS and real time."""
+"""One simulated session: rig, board and driver from switching on to the last run, without ROS and real time."""
 
 from __future__ import annotations
 
@@ -28,6 +28,11 @@ BOARD_LATENCY = 2.0e-3
 RIG_LATENCY = 0.5e-3
 TEMPERATURE_EVERY_MPU, TEMPERATURE_EVERY_BNO, SECOND = 20, 10, 200
 """Reads from one message to the next: 10 Hz, 10 Hz, 1 Hz."""
+
+STATE_FIELDS = (
+    *("mode", "light", "duty", "current", "reference", "tracking_error", "fault"),
+    *(f"switches.{i}" for i in range(4)),
+)
 
 
 @dataclass(frozen=True)
@@ -131,7 +136,7 @@ class Session:
         every = slice(SECOND - 1, None, SECOND)
         stamp = reads.stamp[every]
         latency = self._clock.latency(stamp.shape[0], BOARD_LATENCY)
-        volts = registers.battery[reads.index][every] * 1e-3
+        volts = registers.battery[reads.index][every].astype(np.float64) * 1e-3
         status = max(1.0, reads.time[-1] - reads.time[0])
         rate = frames / status + 1.0
         values = {
@@ -154,9 +159,7 @@ class Session:
                 for t in record.states
             ]
         )
-        names = ("mode", "light", "duty", "current", "reference", "tracking_error", "fault")
-        names += ("switches.0", "switches.1", "switches.2", "switches.3")
-        values = {name: states[:, 1 + i] for i, name in enumerate(names)}
+        values = {name: states[:, 1 + i] for i, name in enumerate(STATE_FIELDS)}
         state_latency = self._clock.latency(states.shape[0], RIG_LATENCY)
         return [
             make.pose(stamp, latency, poses[:, 1]),

@@ -22,6 +22,8 @@ from gsense_rig.sensors.parameters import UnitParameters
 
 TRUTH = "truth.yaml"
 TRUTH_SCHEMA = "gsense-truth/1"
+BLOCK = 2000
+"""Messages that go to the writer at once: somewhat less than a chunk."""
 _WORK = ".unfinished"
 Progress = Callable[[int, PlanRun, str], None]
 """Called with a run's number, its entry and "made", "kept" or "begun"."""
@@ -85,9 +87,12 @@ def write_bag(batches: list[Batch], bag: Path) -> None:
             for batch in batches
         ]
         items = [(c, data) for c, batch in zip(connections, batches, strict=True) for data in batch.data]
-        for i in np.argsort(times, kind="stable").tolist():
-            connection, data = items[i]
-            writer.write(connection, int(times[i]), data)
+        order = np.argsort(times, kind="stable")
+        messages = [
+            (items[i][0], time, items[i][1]) for i, time in zip(order.tolist(), times[order].tolist(), strict=True)
+        ]
+        for at in range(0, len(messages), BLOCK):
+            writer.write_sorted(messages[at : at + BLOCK])
     shutil.rmtree(bag, ignore_errors=True)
     work.rename(bag)
 

@@ -1,4 +1,4 @@
-"""A triangle wave with parabolic corners: constant speed up and down, so that acceleration is short and position is not."""
+"""A triangle wave with parabolic corners: constant speed up and down, acceleration only in the corners."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Triangle:
 
     @property
     def duration(self) -> float:
-        """s."""
+        """Seconds of the whole motion."""
         return 2.0 * self.half * self.cycles
 
     @property

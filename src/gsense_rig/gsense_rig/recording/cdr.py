@@ -1,11 +1,12 @@
 """Batch serialisation: many messages of one fixed size from one template.
 
-A message whose strings and sequences keep their lengths always serialises to the same layout. The library serialises one
-message; this module finds where its numbers lie, and numpy writes the fields of thousands of copies at once.
+A message whose strings and sequences keep their lengths always serialises to the same layout. The library serialises
+one message; this module finds where its numbers lie, and numpy writes the fields of thousands of copies at once.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -69,7 +70,9 @@ class Template:
         walk = _Walk(store)
         walk.message(self.msgtype, example, "")
         if _HEADER + walk.at > len(self._bytes):
-            raise ValueError(f"{self.msgtype}: layout of {walk.at} bytes does not fit {len(self._bytes)} serialised ones")
+            raise ValueError(
+                f"{self.msgtype}: layout of {walk.at} bytes does not fit {len(self._bytes)} serialised ones"
+            )
         self.fields = tuple(walk.fields)
         """Names of the numbers: `header.stamp.sec`, `position.0`, ..."""
         self._dtype = np.dtype(
@@ -81,7 +84,7 @@ class Template:
             }
         )
 
-    def fill(self, stamps_ns: npt.NDArray[np.int64], values: dict[str, npt.ArrayLike]) -> list[bytes]:
+    def fill(self, stamps_ns: npt.NDArray[np.int64], values: Mapping[str, npt.ArrayLike]) -> list[bytes]:
         """One serialised message per stamp; `values` maps a field's name to a number or an array of shape (n,)."""
         count = stamps_ns.shape[0]
         raw = np.tile(np.frombuffer(self._bytes, dtype=np.uint8), count)

@@ -29,7 +29,7 @@ class LowPass:
 def design(spec: FilterSpec) -> LowPass:
     """Second-order low-pass of the spec, bilinear with the -3 dB point pre-warped.
 
-    A longer delay than a Butterworth's is pure delay (the chip's sampling and decimation); a shorter one means less damping.
+    A longer delay than a Butterworth's is pure delay (sampling and decimation); a shorter one means less damping.
     """
     bandwidth = min(spec.bandwidth, _HIGHEST_BANDWIDTH)
     corner = 2.0 / STEP * math.tan(math.pi * bandwidth * STEP)

@@ -1,15 +1,16 @@
 """The physics, one step of 1 ms after the other: from the carriage's motion to the chips' registers.
 
-One implementation for the live rig (a few steps a call) and for simulated campaigns (a run a call). The random numbers are
-passed in, a row a step, so that the result does not depend on how a history is divided into calls.
+One implementation for the live rig (a few steps a call) and for simulated campaigns (a run a call). The random numbers
+are passed in, a row a step, so that the result does not depend on how a history is divided into calls.
 """
 
-# ruff: noqa: ANN001, ANN202
+# ruff: noqa: RUF046
 from __future__ import annotations
 
 import math
 
 import numpy as np
+import numpy.typing as npt
 from numba import njit
 
 from gsense_rig.sensors.constants import STEP
@@ -41,7 +42,7 @@ _STILL = 0.002
 
 
 @njit(cache=True)
-def _rotation_transposed(phi, C):
+def _rotation_transposed(phi: Array, C: Array) -> None:
     """Rodrigues: C = exp([phi]x)^T, the carriage's axes from the rail's."""
     angle = math.sqrt(phi[0] ** 2 + phi[1] ** 2 + phi[2] ** 2)
     s = 1.0 if angle < 1e-9 else math.sin(angle) / angle
@@ -59,7 +60,7 @@ def _rotation_transposed(phi, C):
 
 
 @njit(cache=True)
-def _truth(sample, cfg, state, B):
+def _truth(sample: Array, cfg: Settings, state: State, B: Array) -> None:
     """True rate, specific force and field on the board; B becomes board-from-rail."""
     s, v, a = sample[1], sample[2], sample[3]
     jerk = (a - state.previous[3]) / STEP if state.steps[0] > 0 else 0.0
@@ -90,7 +91,7 @@ def _truth(sample, cfg, state, B):
 
 
 @njit(cache=True)
-def _temperature(cfg, state, noise):
+def _temperature(cfg: Settings, state: State, noise: Array) -> float:
     """Advances warm-up, wander and lag; returns the die temperature."""
     th, x = cfg.thermal, state.thermal
     if state.steps[0] == 0:
@@ -103,7 +104,7 @@ def _temperature(cfg, state, noise):
 
 
 @njit(cache=True)
-def _drivers(sample, cfg, state):
+def _drivers(sample: Array, cfg: Settings, state: State) -> None:
     """Fills the drivers of `drivers.GyroDriver`."""
     d, force = state.drivers, state.truth[FORCE]
     elapsed = state.steps[0] * STEP
@@ -122,7 +123,7 @@ def _drivers(sample, cfg, state):
 
 
 @njit(cache=True)
-def _slow_noise(ch, chip, cfg, state, noise):
+def _slow_noise(ch: int, chip: int, cfg: Settings, state: State, noise: Array) -> float:
     """Flicker and rate random walk of a gyro channel."""
     state.walk[ch] += cfg.walk[chip] * noise[NOISE_WALK + ch]
     total = state.walk[ch]
@@ -134,7 +135,7 @@ def _slow_noise(ch, chip, cfg, state, noise):
 
 
 @njit(cache=True)
-def _elements(cfg, state, noise):
+def _elements(cfg: Settings, state: State, noise: Array) -> None:
     """What each sensing element delivers, without white noise, into the delay line."""
     at = state.steps[1]
     for ch in range(GYROS):
@@ -157,14 +158,29 @@ def _elements(cfg, state, noise):
 
 
 @njit(cache=True)
-def _filter(cfg, state, noise):
+def _delayed(ch: int, at: int, cfg: Settings, state: State) -> float:
+    """Whole steps by the delay line, the rest by a first-order all-pass (Thiran), which attenuates nothing."""
+    whole = int(cfg.delay[ch, 0])
+    part = cfg.delay[ch, 1]
+    x = state.ring[ch, (at - whole) % RING]
+    if part == 0.0:
+        return x
+    a = (1.0 - part) / (1.0 + part)
+    previous = state.allpass[ch]
+    if state.steps[0] == 0:
+        previous[0] = previous[1] = x
+    y = a * x + previous[0] - a * previous[1]
+    previous[0] = x
+    previous[1] = y
+    return y
+
+
+@njit(cache=True)
+def _filter(cfg: Settings, state: State, noise: Array) -> None:
     """Delay, white noise, low-pass (transposed direct form II)."""
     at = state.steps[1]
     for ch in range(CHANNELS):
-        whole = int(cfg.delay[ch])
-        part = cfg.delay[ch] - whole
-        newer = state.ring[ch, (at - whole) % RING]
-        x = newer + part * (state.ring[ch, (at - whole - 1) % RING] - newer)
+        x = _delayed(ch, at, cfg, state)
         b0, b1, b2, a1, a2 = cfg.filters[FILTER_OF[ch]]
         z = state.biquad[ch]
         if state.steps[0] == 0:  # settled on the first value
@@ -178,20 +194,27 @@ def _filter(cfg, state, noise):
 
 
 @njit(cache=True)
-def _register(value, scale, limit):
+def _register(value: float, scale: float, limit: float) -> int:
     """Quantised and clipped."""
     return int(min(limit, max(-limit - 1.0, np.rint(value * scale))))
 
 
 @njit(cache=True)
-def _hold(time, die, cfg, state, noise):
-    """Sample-and-hold at each chip's own rate."""
+def _due(cfg: Settings, state: State) -> npt.NDArray[np.bool_]:
+    """Which of the sample-and-hold clocks tick in this step; the first step makes all of them tick."""
     due = np.empty(4, dtype=np.bool_)
     for h in range(4):
         state.phase[h] = 1.0 if state.steps[0] == 0 else state.phase[h] + cfg.hold_step[h]
         due[h] = state.phase[h] >= 1.0 - 1e-6
         if due[h]:
             state.phase[h] -= 1.0
+    return due
+
+
+@njit(cache=True)
+def _hold(time: float, die: float, cfg: Settings, state: State, noise: Array) -> None:
+    """Sample-and-hold at each chip's own rate."""
+    due = _due(cfg, state)
     held, y = state.held, state.filtered
     if due[0] and not cfg.asleep:
         for i in range(3):
@@ -214,7 +237,7 @@ def _hold(time, die, cfg, state, noise):
 
 
 @njit(cache=True)
-def _fusion(B, cfg, state, out):
+def _fusion(B: Array, cfg: Settings, state: State, out: npt.NDArray[np.int16]) -> None:
     """BNO055 fusion registers: Euler (h r p), quaternion (rail from board), linear acceleration, gravity."""
     up = np.array((B[0, 2], B[1, 2], B[2, 2]))
     heading = math.atan2(-B[1, 0], B[0, 0])
@@ -237,7 +260,9 @@ def _fusion(B, cfg, state, out):
 
 
 @njit(cache=True)
-def _analog(k, cfg, state, noise, lisy, battery):
+def _analog(
+    k: int, cfg: Settings, state: State, noise: Array, lisy: npt.NDArray[np.uint16], battery: npt.NDArray[np.uint16]
+) -> None:
     """LISY300: absolute output against the converter's reference, 16 conversions; the cell's voltage."""
     rate = state.filtered[6] * 180.0 / math.pi
     volts = 1.65 + 0.0033 * min(300.0, max(-300.0, rate))

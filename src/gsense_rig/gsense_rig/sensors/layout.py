@@ -66,7 +66,7 @@ class Settings(NamedTuple):
     tone: Array  # (2,): angular frequency, phase
     jump_time: float
     filters: Array  # (5, 5): b0 b1 b2 a1 a2
-    delay: Array  # (13,) steps
+    delay: Array  # (13, 2): whole steps, and the rest of 0 or 0.2 to 1.2 steps
     hold_step: Array  # (4,): samples per step
     scale: Array  # (5,): MPU gyro, MPU accel, BNO gyro, BNO accel, BNO mag: LSB per SI unit
     limit: Array  # (4,): MPU gyro, MPU accel, BNO gyro, BNO accel: LSB
@@ -83,6 +83,7 @@ class State(NamedTuple):
     flicker: Array  # (7, 5)
     walk: Array  # (7,)
     ring: Array  # (13, RING)
+    allpass: Array  # (13, 2)
     biquad: Array  # (13, 2)
     filtered: Array  # (13,)
     phase: Array  # (4,)
@@ -101,6 +102,7 @@ def fresh_state() -> State:
         flicker=np.zeros((GYROS, FLICKERS)),
         walk=np.zeros(GYROS),
         ring=np.zeros((CHANNELS, RING)),
+        allpass=np.zeros((CHANNELS, 2)),
         biquad=np.zeros((CHANNELS, 2)),
         filtered=np.zeros(CHANNELS),
         phase=np.ones(HOLDS),

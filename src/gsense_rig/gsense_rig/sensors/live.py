@@ -19,7 +19,7 @@ from gsense_rig.sensors.unit import SensorUnit, UnitSpec
 class LiveFeedSpec:
     """What a loop process needs in order to make its feed; picklable."""
 
-    unit: UnitSpec = UnitSpec()
+    unit: UnitSpec = field(default_factory=UnitSpec)
     bus_path: Path = field(default_factory=default_bus_path)
 
 

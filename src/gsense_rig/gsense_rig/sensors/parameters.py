@@ -158,7 +158,9 @@ def _near_identity(rng: np.random.Generator, spread: float) -> Array:
     return np.eye(3) + rng.normal(0.0, spread, (3, 3))
 
 
-def _gyro(rng: np.random.Generator, bias: float, k: float, density: float, flicker: float, walk: float) -> GyroParameters:
+def _gyro(
+    rng: np.random.Generator, bias: float, k: float, density: float, flicker: float, walk: float
+) -> GyroParameters:
     """Arguments in deg/s, deg/s/g, deg/s/sqrt(Hz), deg/s and deg/s/sqrt(s)."""
     cyclic = thesis_g_matrix(k * rng.uniform(0.6, 1.4))
     return GyroParameters(

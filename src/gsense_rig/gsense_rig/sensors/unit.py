@@ -1,9 +1,9 @@
-"""One simulated board: parameters, effects, mounting and configuration brought together, with the state of its physics."""
+"""One simulated board: parameters, effects, mounting, configuration, and the state of its physics."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from gsense_rig.sensors.model import SignalModel
 from gsense_rig.sensors.mounting import Mounting, Site
 from gsense_rig.sensors.parameters import UnitParameters
 
+SHORTEST_REST = 0.2
+"""Steps."""
+
 
 @dataclass(frozen=True)
 class UnitSpec:
@@ -29,7 +32,7 @@ class UnitSpec:
     effects: tuple[str, ...] = ()
     """NAME=VALUE each."""
     mounting: str = "0"
-    site: Site = Site()
+    site: Site = field(default_factory=Site)
 
 
 class SensorUnit:
@@ -135,7 +138,7 @@ def _white(unit: UnitParameters) -> Array:
 def _flicker(floors: list[float]) -> tuple[Array, Array]:
     """First-order processes with a common variance, a decade apart, sum to a 1/f spectrum.
 
-    An Allan floor F belongs to the one-sided density h / f with h = F^2 / (2 ln 2); each process has the variance h ln 10.
+    An Allan floor F belongs to the one-sided density h / f with h = F^2 / (2 ln 2); a process has the variance h ln 10.
     """
     times = np.array(layout.FLICKER_TIMES)
     keep = np.exp(-STEP / times)
@@ -144,14 +147,18 @@ def _flicker(floors: list[float]) -> tuple[Array, Array]:
 
 
 def _filters(config: ChipConfig, gyro_delay: float) -> tuple[Array, Array]:
-    """Biquads (5, 5) and delays in steps of the 13 channels."""
+    """Biquads (5, 5), and the delays (13, 2) of the channels: whole steps and the rest."""
     mpu, bno = config.mpu, config.bno
     specs = (mpu.gyro_filter, bno.gyro_filter, LISY_FILTER, mpu.accel_filter, bno.accel_filter)
     designs = [filters.design(spec) for spec in specs]
     biquads = np.array([[*low_pass.b, low_pass.a1, low_pass.a2] for low_pass in designs])
     delay: Array = np.array([designs[f].pure_delay for f in layout.FILTER_OF])
     delay[: layout.GYROS] += gyro_delay
-    return biquads, delay / STEP
+    # A rest below 0.2 steps would make the all-pass ring: it takes a whole step with it, or is left out at the start.
+    steps = np.round(delay / STEP, 9)
+    whole = np.maximum(0.0, np.floor(steps - SHORTEST_REST))
+    rest = steps - whole
+    return biquads, np.column_stack([whole, np.where(rest < SHORTEST_REST, 0.0, rest)])
 
 
 def _thermal(unit: UnitParameters, model: SignalModel) -> Array:
@@ -169,4 +176,3 @@ def _thermal(unit: UnitParameters, model: SignalModel) -> Array:
             REFERENCE_TEMPERATURE,
         ]
     )
-

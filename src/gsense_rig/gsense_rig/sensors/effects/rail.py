@@ -9,7 +9,7 @@ from gsense_rig.sensors.effects.base import TiltTerm
 
 
 class RailCurvature(TiltTerm):
-    """Bow and twist of the rail: attitude t s about each rail axis; rad/m. Its path has the bow's normal acceleration."""
+    """Bow and twist of the rail: attitude t s about each rail axis, and the bow's normal acceleration; rad/m."""
 
     name: ClassVar[str] = "rail_curvature"
     driver: ClassVar[TiltDriver] = TiltDriver.POSITION

@@ -1,0 +1,86 @@
+"""`record`: records the live graph into a rosbag2 bag (MCAP), for machines without `ros2 bag`.
+
+Parameters: `out`, the bag's folder, and `topics`, names to record (default: all). Ends on SIGINT or SIGTERM: the bag is
+closed, its path and counts are printed, exit 0. Exit 2 where the bag cannot be made, 1 where the disk became full.
+"""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+from rosbags.rosbag2 import WriterError
+
+from gsense_rig.recording.recorder_node import RecorderNode
+from gsense_rig.recording.typestore import DefinitionError, typestore
+from gsense_rig.recording.writer_thread import Summary
+
+POLL = 0.05
+"""s after which a signal is seen at the latest."""
+
+
+def main() -> int:
+    """Runs until a signal or an error."""
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    try:
+        store = typestore()
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+        node = RecorderNode(store)
+        print(f"recording to {node.begin()}", flush=True)
+    except (WriterError, DefinitionError, OSError) as error:
+        print(f"record: {error}", file=sys.stderr)
+        return 2
+    _spin(node, stop)
+    summary = node.finish()
+    _report(summary)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    return 1 if summary.error else 0
+
+
+def _spin(node: RecorderNode, stop: threading.Event) -> None:
+    executor = _executor()
+    executor.add_node(node)
+    try:
+        while not stop.is_set() and node.error is None:
+            executor.spin_once(timeout_sec=POLL)
+        _drain(executor)
+    except ExternalShutdownException:
+        pass
+    finally:
+        executor.remove_node(node)
+
+
+def _executor() -> Any:
+    """The events executor costs a fraction of the others; not every Jazzy has it."""
+    try:
+        from rclpy.experimental import EventsExecutor  # noqa: PLC0415
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def _drain(executor: Any) -> None:
+    """Takes what has already arrived."""
+    for _ in range(2000):
+        executor.spin_once(timeout_sec=0.0)
+
+
+def _report(summary: Summary) -> None:
+    print(f"{sum(summary.counts.values())} messages in {summary.bag}")
+    for name, count in sorted(summary.counts.items()):
+        print(f"  {count:8d}  {name}")
+    if summary.error:
+        print(f"record: {summary.error}; {summary.unwritten} messages are not in the bag", file=sys.stderr)
+    sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
