@@ -6,14 +6,21 @@ on fast translation.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
 from gsense_fusion.attitude import Madgwick, attitude_at_rest
 from gsense_fusion.attitude.errors import heading_error, inclination_error
-from gsense_fusion.bags import load_run
+from gsense_fusion.bags import Run, load_run
 
 from .bag_data import recordings
+
+
+@lru_cache(maxsize=1)
+def _load(trial: str) -> Run:
+    return load_run(recordings("broad", trial), "broad")
 
 
 @pytest.mark.data
@@ -27,7 +34,7 @@ from .bag_data import recordings
     ],
 )
 def test_inclination(trial: str, with_field: bool, largest: float) -> None:
-    run = load_run(recordings("broad", trial), "broad")
+    run = _load(trial)
     assert run.reference is not None
     assert run.mag is not None
     imu = run.imu

@@ -188,17 +188,22 @@ def main() -> int:
     rclpy.init()
     node: FusionNode | None = None
     try:
-        node = FusionNode()
+        try:
+            node = FusionNode()
+        except (CompensationError, UnknownFilterError, ParameterException, ValueError) as error:
+            sys.stderr.write(f"fusion: {' '.join(str(error).split())}\n")
+            return 2
         executor = _executor()
         executor.add_node(node)
         while rclpy.ok():
             # not spin(): the EventsExecutor of rclpy 7.1 blocks in it, without callbacks and deaf to signals
             executor.spin_once(timeout_sec=0.2)
-    except (CompensationError, UnknownFilterError, ParameterException, ValueError) as error:
-        sys.stderr.write(f"fusion: {' '.join(str(error).split())}\n")
-        return 2
     except (KeyboardInterrupt, ExternalShutdownException):
         return 0
+    except Exception:
+        if rclpy.ok():
+            raise
+        return 0  # a signal closed the context while a callback was publishing
     finally:
         if node is not None:
             node.destroy_node()
