@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import mmap
-import os
 import struct
 import threading
 import time
@@ -33,7 +32,7 @@ class BusWriter:
         self._free = threading.Event()
         self._free.set()
         self.advance()
-        os.replace(temporary, path)
+        temporary.replace(path)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from tests.firmware.build import build, build_folder, has_cmocka
 
 

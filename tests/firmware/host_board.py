@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import binascii
+import contextlib
+import itertools
 import struct
 import subprocess
 import threading
@@ -58,7 +60,7 @@ class Frame:
         return struct.unpack_from(layout, self.raw, offset)[0]
 
 
-class HostBoard:
+class HostBoard(contextlib.AbstractContextManager["HostBoard"]):
     """The process, the text on its stderr so far, and its link."""
 
     def __init__(self, binary: Path, *arguments: str) -> None:
@@ -70,9 +72,6 @@ class HostBoard:
         self.said: list[str] = []
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
-
-    def __enter__(self) -> HostBoard:
-        return self
 
     def __exit__(self, *_: object) -> None:
         self.end()
@@ -103,7 +102,7 @@ class HostBoard:
 
 def lost(frames: list[Frame]) -> int:
     """Gaps in the sequence."""
-    return sum((b.sequence - a.sequence - 1) % 65536 for a, b in zip(frames, frames[1:]))
+    return sum((b.sequence - a.sequence - 1) % 65536 for a, b in itertools.pairwise(frames))
 
 
 def of_type(frames: list[Frame], kind: int) -> list[Frame]:

@@ -10,7 +10,6 @@ import subprocess
 from pathlib import Path
 
 import pytest
-
 from tests.firmware.build import FIRMWARE
 from tests.firmware.host_board import uncobs
 

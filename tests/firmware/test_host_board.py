@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import signal
 import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-
 from tests.firmware.bus_writer import BNO_PERIOD_NS, BusWriter
 from tests.firmware.host_board import BNO, FAILED, LOW, MPU, NDOF, STARTED, STATUS, Frame, HostBoard, lost, of_type
 
@@ -29,7 +30,7 @@ def bus(tmp_path: Path) -> Iterator[BusWriter]:
 
 
 def steps(frames: list[Frame]) -> set[int]:
-    return {(b.time_us - a.time_us) % 2**32 for a, b in zip(frames, frames[1:])}
+    return {(b.time_us - a.time_us) % 2**32 for a, b in itertools.pairwise(frames)}
 
 
 def wait_until(what: str, condition: object, seconds: float = 5.0) -> None:
@@ -63,7 +64,7 @@ def test_bench_streams_without_loss(binary: Path, tmp_path: Path) -> None:
 
 def test_fast_profile_and_ndof(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast", "--bno", "ndof") as board:
-        frames = board.read(1.5)
+        frames = board.read(1.2)
     assert all(frame.sound for frame in frames)
     assert lost(frames) == 0
     assert steps(of_type(frames, MPU)) == {2000}
@@ -82,12 +83,12 @@ def test_clock_wraps_and_skews(binary: Path, tmp_path: Path) -> None:
 
 
 def test_same_seed_same_noise(binary: Path, tmp_path: Path) -> None:
-    boards = [HostBoard(binary, "--bus", str(tmp_path / "none"), "--seed", seed) for seed in ("7", "7", "8")]
-    time.sleep(0.6)  # what they send meanwhile waits in their terminals
-    noise = []
-    for board in boards:
-        with board:
-            noise.append({frame.time_us: frame.raw[8:22] for frame in of_type(board.read(0.2), MPU)})
+    def bodies(seed: str) -> dict[int, bytes]:
+        with HostBoard(binary, "--bus", str(tmp_path / "none"), "--seed", seed) as board:
+            return {frame.time_us: frame.raw[8:22] for frame in of_type(board.read(1.0), MPU)}
+
+    with ThreadPoolExecutor() as pool:
+        noise = list(pool.map(bodies, ("7", "7", "8")))
     both = noise[0].keys() & noise[1].keys() & noise[2].keys()
     assert len(both) > 10
     assert all(noise[0][t] == noise[1][t] for t in both)
@@ -162,7 +163,7 @@ def test_a_file_that_is_no_bus_is_ignored(binary: Path, tmp_path: Path, content:
 
 def test_nobody_reads_then_whole_packets_only(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast") as board:
-        time.sleep(2.0)
+        time.sleep(1.4)
         frames = board.read(0.5)
         assert all(frame.sound for frame in frames)
         assert frames[0].sequence > 300  # the oldest are gone, not the newest

@@ -174,6 +174,9 @@ uint16_t hal_adc_read(hal_adc_channel channel)
 /* The radio link is perfect here: what is handed over reaches the receiver, which packs it for the serial line. */
 void hal_radio_send(const uint8_t payload[RADIO_PAYLOAD])
 {
+    if (host_stop) { /* its sensors may not have been waited for any more */
+        return;
+    }
     uint8_t packet[COBS_PACKET_SIZE(RADIO_PAYLOAD)];
     pty_send(&the_host.pty, packet, cobs_encode(payload, RADIO_PAYLOAD, packet));
     the_host.board_ns += RADIO_SPI_NS;
