@@ -99,7 +99,7 @@ def drive_sine(w, controller="feedforward", plant=None, cycles=1):
     simple = DerivativeEstimator(parameters.period)
     rows = []
 
-    def note(t, history):
+    def note(t, _history):
         simple.update(t.position)
         rows.append((t.time, t.position, t.reference, t.velocity, simple.velocity, hardware.plant.velocity))
 

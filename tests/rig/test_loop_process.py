@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from functools import partial
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -129,7 +130,7 @@ def test_commands_telemetry_and_history_without_a_hole(tmp_path):
     assert not result.result(10).success
     assert loop.close() == 0
     times = [t.time for t in telemetry]
-    steps = [b - a for a, b in zip(times, times[1:], strict=False)]
+    steps = [b - a for a, b in pairwise(times)]
     assert max(abs(step - 0.005) for step in steps) < 1e-6  # 200 Hz, evenly, without a gap
     end = json.loads(report.read_text())
     assert end["largest_gap"] < 1.001e-3

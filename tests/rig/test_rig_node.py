@@ -98,7 +98,8 @@ class Client:
 
 
 @pytest.fixture
-def client():
+def client(monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # as the node's, or they do not meet
     client = Client()
     yield client
     client.close()
