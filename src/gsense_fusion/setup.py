@@ -7,7 +7,7 @@ PACKAGE = "gsense_fusion"
 setup(
     name=PACKAGE,
     version="0.1.0",
-    description="Estimates attitude with and without g-compensation, and finds the effect that the declared model lacks.",
+    description="Attitude with and without g-compensation, and the effect that the declared model lacks.",
     license="Apache-2.0",
     maintainer="gsense developers",
     maintainer_email="gsense@example.org",

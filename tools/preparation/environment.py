@@ -110,7 +110,8 @@ def _install(checkout: Checkout, found: ros.Ros, pins: str, name: str) -> None:
     file = checkout.requirements / pins
     if found.prefix:
         file = _write_lacking(checkout, found.prefix, file)
-    count = sum(1 for line in file.read_text(encoding="utf-8").splitlines() if line and not line.startswith("#"))
+    lines = file.read_text(encoding="utf-8").splitlines()
+    count = len({line.split("==")[0] for line in lines if not line.startswith("#")})
     if not count:
         return
     checkout.logs.mkdir(parents=True, exist_ok=True)
