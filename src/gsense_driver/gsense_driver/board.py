@@ -37,13 +37,13 @@ def own_arguments(arguments: Sequence[str]) -> list[str]:
 def main() -> int:
     """Replace this process by the host board; 2 where it is not installed."""
     binary = find_board(os.environ)
-    if binary is None:
-        print(
-            f"board: lib/{_PACKAGE}/{_BINARY} is in no prefix of AMENT_PREFIX_PATH; build and source the workspace",
-            file=sys.stderr,
-        )
-        return 2
-    os.execv(binary, [str(binary), *own_arguments(sys.argv[1:])])  # noqa: S606 - the point of this command
+    if binary is not None:
+        os.execv(binary, [str(binary), *own_arguments(sys.argv[1:])])  # noqa: S606 - the point of this command
+    print(
+        f"board: lib/{_PACKAGE}/{_BINARY} is in no prefix of AMENT_PREFIX_PATH; build and source the workspace",
+        file=sys.stderr,
+    )
+    return 2
 
 
 if __name__ == "__main__":

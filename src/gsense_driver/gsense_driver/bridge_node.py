@@ -15,8 +15,10 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 
 from gsense_driver.errors import SettingError
 from gsense_driver.messages import Messages
+from gsense_driver.pipeline import Pipeline
 from gsense_driver.port import Connection, SerialPort
 from gsense_driver.report import Reporter
+from gsense_driver.scaling import Scales
 from gsense_driver.settings import (
     LIVE,
     PARAMETERS,
@@ -27,8 +29,6 @@ from gsense_driver.settings import (
     default_transport_delay,
     make_settings,
 )
-from gsense_driver.pipeline import Pipeline
-from gsense_driver.scaling import Scales
 
 _STEP_NS = 1_000_000  # a wall clock that moves by more against the steady one was set; smaller is its slewing
 _REPORT_PERIOD_S = 1.0
@@ -37,8 +37,8 @@ _REPORT_PERIOD_S = 1.0
 class Bridge(LifecycleNode):
     """Wires port, pipeline and publishers; the logic is in the pure modules."""
 
-    def __init__(self) -> None:
-        super().__init__("bridge", enable_logger_service=False)
+    def __init__(self, **options: Any) -> None:
+        super().__init__("bridge", **options)
         self._declare()
         self._settings: Settings | None = None
         self._messages: Messages | None = None
@@ -157,16 +157,15 @@ class Bridge(LifecycleNode):
         try:
             while not self._stop.is_set():
                 self._read_once()
-        except Exception as error:  # noqa: BLE001 - a thread that dies unseen would leave a silent node
+        except Exception as error:  # a thread that dies unseen would leave a silent node
             if not self._stop.is_set() and rclpy.ok():
                 self.get_logger().fatal(f"reading stopped by an error of the driver itself: {error!r}")
                 raise
 
     def _read_once(self) -> None:
         connection, pipeline, messages = self._connection, self._pipeline, self._messages
-        assert connection is not None
-        assert pipeline is not None
-        assert messages is not None
+        if connection is None or pipeline is None or messages is None:
+            return
         data = connection.read()
         arrival_ns = time.monotonic_ns()
         if data is None:
@@ -227,15 +226,13 @@ def _descriptor(parameter: Parameter) -> ParameterDescriptor:
 
 def _wall_offset_ns() -> int:
     """Wall clock minus steady clock; of three readings the one that was interrupted least."""
-    best: tuple[int, int] | None = None
+    readings = []
     for _ in range(3):
         before = time.monotonic_ns()
         wall = time.time_ns()
         after = time.monotonic_ns()
-        if best is None or after - before < best[0]:
-            best = (after - before, wall - (before + after) // 2)
-    assert best is not None
-    return best[1]
+        readings.append((after - before, wall - (before + after) // 2))
+    return min(readings)[1]
 
 
 def make_executor() -> Any:
@@ -257,7 +254,8 @@ def main(args: list[str] | None = None) -> int:
             return 2
         executor = make_executor()
         executor.add_node(node)
-        executor.spin()
+        while rclpy.ok():  # not spin(): that of 7.1's EventsExecutor runs no callback and is deaf to signals
+            executor.spin_once(timeout_sec=0.5)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
     except rclpy.exceptions.ParameterException as error:

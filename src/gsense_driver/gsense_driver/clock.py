@@ -1,10 +1,11 @@
 """The board's clock on the host's time axis.
 
-The idea: a frame can arrive late (USB bursts, a busy host), never early, so the lower envelope of `arrival - board time` is the
-clock's offset plus the constant transport delay, and its slope is the difference of the two crystals. The smallest value in
-each half second of board time goes into a decayed linear regression; values that stand too far above the envelope are
-left out (the outlier gate), and the slope is held by a prior as wide as a crystal's tolerance while the record is short.
-The slope found before a restart of the board serves as a much tighter prior after it: it is the same crystal.
+The idea: a frame can arrive late (USB bursts, a busy host), never early, so the lower envelope of `arrival - board
+time` is the clock's offset plus the constant transport delay, and its slope is the difference of the two crystals.
+The smallest value in each half second of board time goes into a decayed linear regression; values that stand too far
+above the envelope are left out (the outlier gate), and the slope is held by a prior as wide as a crystal's tolerance
+while the record is short. The slope found before a restart of the board serves as a much tighter prior after it: it
+is the same crystal.
 
 (The scheme of Klipper's clocksync, an explicit gate and a decayed regression, on one-way data; the envelope as in
 Moon, Skelly, Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999.)
@@ -31,7 +32,7 @@ class ClockSettings:
     known_skew_sigma: float = 5e-6  # the same after a restart
     noise_s: float = 1e-4  # scatter of a bin's minimum
     gate: float = 1.5  # width of the outlier gate over the envelope, in scatters
-    late_step_s: float = 0.02  # bins that all stay this late ...
+    late_step_s: float = 0.1  # bins that all stay this late ...
     late_step_after_s: float = 2.0  # ... for this long mean that the board's time jumped
     early_step_s: float = 0.25  # a frame this early cannot be: the board's time jumped
 
@@ -63,7 +64,7 @@ class BoardClock:
         self._bin_end = 0.0
         self._bin_best: tuple[float, float] | None = None
         self._bin_residual = 0.0
-        self._late_since: float | None = None
+        self._late_since: float | None = None  # of arrivals
 
     @property
     def fixed(self) -> bool:
@@ -112,7 +113,7 @@ class BoardClock:
         if not self._fixed:
             self._try_fix(x)
         elif x >= self._bin_end:
-            return self._close_bin(x) and self._jumped(board_us, arrival_ns)
+            return self._close_bin(x, x + y) and self._jumped(board_us, arrival_ns)
         return False
 
     def host_ns(self, board_us: int) -> int:
@@ -141,16 +142,16 @@ class BoardClock:
         self._bin_best = None
         self._bin_end = x + self.settings.bin_s
 
-    def _close_bin(self, x: float) -> bool:
-        """Fit with the finished bin; True where the bins have been late for so long that the board's time must have jumped."""
-        assert self._bin_best is not None
+    def _close_bin(self, x: float, arrival: float) -> bool:
+        """Fit with the finished bin; True where bins were late for so long that the board's time must have jumped."""
         settings = self.settings
         late = self._bin_residual > settings.late_step_s
-        self._points.append(self._bin_best)
+        if self._bin_best is not None:
+            self._points.append(self._bin_best)
         self._next_bin(x)
         if late:
-            self._late_since = x if self._late_since is None else self._late_since
-            return x - self._late_since >= settings.late_step_after_s
+            self._late_since = arrival if self._late_since is None else self._late_since
+            return arrival - self._late_since >= settings.late_step_after_s  # after a stall all comes at once
         self._late_since = None
         self._fit(x)
         return False
@@ -158,15 +159,16 @@ class BoardClock:
     def _fit(self, now: float) -> None:
         settings = self.settings
         keep_after = now - 3.0 * settings.memory_s
-        while self._points[0][0] < keep_after:
+        while len(self._points) > 2 and self._points[0][0] < keep_after:
             del self._points[0]
         points = np.array(self._points)
         x, y = points[:, 0], points[:, 1]
         weight = np.exp((x - now) / settings.memory_s)
         slope = self._slope
         for _ in range(3):
-            gate, scatter = self._gate(y - slope * x)
-            prior = (scatter / self._slope_sigma) ** 2
+            residual = y - slope * x
+            gate, spread = self._gate(residual)
+            prior = (min(self._scatter(residual), spread) / self._slope_sigma) ** 2
             used = weight * gate
             total = used.sum()
             x_mean, y_mean = (used @ x) / total, (used @ y) / total
@@ -176,7 +178,14 @@ class BoardClock:
         self._intercept = float(y_mean - slope * x_mean)
 
     def _gate(self, residual: np.ndarray) -> tuple[np.ndarray, float]:
-        """1 for bins near the lower envelope, 0 for those that only held late frames; and the scatter of the former."""
+        """1 for bins near the lower envelope, 0 for those that only held late frames; and the envelope's spread, s."""
         floor = float(residual.min())
-        scatter = max(self.settings.noise_s, float(np.quantile(residual, 0.25)) - floor)
-        return (residual <= floor + self.settings.gate * scatter).astype(float), scatter
+        spread = max(self.settings.noise_s, float(np.quantile(residual, 0.25)) - floor)
+        return (residual <= floor + self.settings.gate * spread).astype(float), spread
+
+    def _scatter(self, residual: np.ndarray) -> float:
+        """Scatter of the bins' minima, s: from their steps, so that an unknown slope does not count."""
+        if residual.size < 4:
+            return self.settings.noise_s
+        steps = np.diff(residual)
+        return max(self.settings.noise_s, 1.05 * float(np.median(np.abs(steps - np.median(steps)))))

@@ -86,16 +86,20 @@ def _link_verdict(f: Figures) -> tuple[int, str]:
     if f.port_problem is not None:
         return ERROR, f"port is not open: {f.port_problem}"
     if f.silent_s is None or f.silent_s > 1.0:
-        if f.bytes_per_s > 0 and f.rejects.get("version"):
-            return ERROR, "frames of another version arrive: firmware and driver do not match"
-        if f.bytes_per_s > 0:
-            return ERROR, f"bytes arrive, but no valid frame: is the baud rate or the protocol ({f.protocol}) wrong?"
-        return ERROR, "the port is open, but silent: is the board switched on and in reach?"
+        return ERROR, _why_silent(f)
     if f.battery_low:
         return WARN, "the board's battery is low"
     if f.lost_since or f.corrupt_since:
         return WARN, f"{f.lost_since} frames lost, {f.corrupt_since} corrupt in the last second"
     return OK, f"{f.frames_per_s:.0f} frames per second"
+
+
+def _why_silent(f: Figures) -> str:
+    if f.bytes_per_s <= 0:
+        return "the port is open, but silent: is the board switched on and in reach?"
+    if f.rejects.get("version"):
+        return "frames of another version arrive: firmware and driver do not match"
+    return f"bytes arrive, but no valid frame: is the baud rate or the protocol ({f.protocol}) wrong?"
 
 
 def _clock(f: Figures) -> Health:
@@ -109,7 +113,9 @@ def _clock(f: Figures) -> Health:
     if not f.clock_fixed:
         return Health("clock", WARN, "no fix yet: samples are held back until there is one", values)
     if abs(f.clock_skew_ppm) > 200.0 and f.protocol == "binary":
-        return Health("clock", WARN, f"the board's clock runs {f.clock_skew_ppm:+.0f} ppm off: is its crystal sound?", values)
+        return Health(
+            "clock", WARN, f"the board's clock runs {f.clock_skew_ppm:+.0f} ppm off: is its crystal sound?", values
+        )
     return Health("clock", OK, f"skew {f.clock_skew_ppm:+.1f} ppm", values)
 
 
@@ -128,13 +134,15 @@ def _sensor(f: Figures, sensor: str, seen: bool) -> Health:
         values["repeated samples"] = str(f.repeated)
         if f.calib_stat is not None:
             names = ("system", "gyro", "accelerometer", "magnetometer")
-            levels = (f"{name} {f.calib_stat >> shift & 3}" for name, shift in zip(names, (6, 4, 2, 0)))
+            levels = (f"{name} {f.calib_stat >> shift & 3}" for name, shift in zip(names, (6, 4, 2, 0), strict=True))
             values["calibration (0 to 3)"] = ", ".join(levels)
     else:
         values["I2C errors (u8)"] = str(f.i2c_errors)
     expected = _expected_rate(f, sensor)
     if rate == 0.0 and failed:
-        return Health(sensor, ERROR, f"every read fails ({failed} in the last second): check its supply and the I2C bus", values)
+        return Health(
+            sensor, ERROR, f"every read fails ({failed} in the last second): check its supply and the I2C bus", values
+        )
     if rate == 0.0:
         return Health(sensor, ERROR if seen else STALE, "no samples" if seen else "no samples so far", values)
     if failed:
@@ -142,5 +150,7 @@ def _sensor(f: Figures, sensor: str, seen: bool) -> Health:
     if expected is not None and rate < 0.9 * expected:
         return Health(sensor, WARN, f"{rate:.0f} of {expected:.0f} samples per second", values)
     if sensor == BNO and rate and f.repeated_since > 0.5 * rate:
-        return Health(sensor, WARN, f"{f.repeated_since} of {rate:.0f} samples are repeated: it is polled too fast", values)
+        return Health(
+            sensor, WARN, f"{f.repeated_since} of {rate:.0f} samples are repeated: it is polled too fast", values
+        )
     return Health(sensor, OK, f"{rate:.0f} samples per second", values)

@@ -28,10 +28,12 @@ _MPU_REGISTERS = Struct(">7h")  # 0x3B..0x48: ax ay az temperature gx gy gz
 _MPU_REST = Struct("<HHBBBB")  # LISY300 sum, battery mV, frames given up, I2C errors, retransmissions, zero
 _BNO_AMG = Struct("<9hBbH")  # 0x08..0x19: acc mag gyr; CALIB_STAT, temperature, age of the sample in us
 _STATUS = Struct("<12BHHIH")
-_BNO_NDOF = Struct("<10hBb")  # 0x1A..0x2D: Euler h r p, quaternion w x y z, linear acceleration; CALIB_STAT, temperature
+_BNO_NDOF = Struct(
+    "<10hBb"
+)  # 0x1A..0x2D: Euler h r p, quaternion w x y z, linear acceleration; CALIB_STAT, temperature
 
-assert _PAYLOAD.size == PAYLOAD_SIZE
-assert _MPU_REGISTERS.size + _MPU_REST.size == _BNO_AMG.size == _STATUS.size == _BNO_NDOF.size == 22
+assert _PAYLOAD.size == PAYLOAD_SIZE  # noqa: S101 - the layout itself, checked at import
+assert _MPU_REGISTERS.size + _MPU_REST.size == _BNO_AMG.size == _STATUS.size == _BNO_NDOF.size == 22  # noqa: S101
 
 
 class Frame(NamedTuple):

@@ -1,12 +1,13 @@
 """Bookkeeping of the radio link: sequence unwrapping and the counts of LinkStatus.
 
-Every frame that the board sent ends in exactly one of three counts: `received` (distinct frames), `corrupt` (bytes came, but no
-valid frame) or `lost` (nothing came). To keep that so, a gap in the sequence is charged first to the rejected bytes seen
-inside it, the rest is lost. Duplicates and late-comers are recognised in a short window of recent frames.
+Every frame that the board sent ends in exactly one of three counts: `received` (distinct frames), `corrupt` (bytes
+came, but no valid frame) or `lost` (nothing came). To keep that so, a gap in the sequence is charged first to the
+rejected bytes seen inside it, the rest is lost. Duplicates and late-comers are recognised in a short window of recent
+frames.
 
 A restart of the board is recognised by any of: the started flag with a young board time where it does not continue; a
-sequence number seen before with another board time; a board time that fell back, or advanced by more than both the host's
-elapsed time and the sequence allow (a fall back by more than half the 71.6 min range looks like an advance).
+sequence number seen before with another board time; a board time that fell back, or advanced by more than both the
+host's elapsed time and the sequence allow (a fall back by over half the 71.6 min range looks like an advance).
 """
 
 from __future__ import annotations
@@ -144,7 +145,7 @@ class LinkTracker:
             return True
         if advance_us * 1e-6 <= elapsed_s + _SLACK_S:
             return False
-        # The board time ran ahead of the host: data held up somewhere and then caught up (the sequence agrees), or a restart.
+        # The board time ran ahead of the host: data was held up and then caught up (the sequence agrees), or a restart.
         frames = self._frames_in(advance_us)
         steps = (new.sequence - old.sequence) % _SEQUENCE_RANGE
         if frames is None or frames > 0.8 * _SEQUENCE_RANGE:

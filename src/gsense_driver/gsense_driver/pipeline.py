@@ -1,7 +1,7 @@
 """From serial bytes and their arrival times to stamped readings: stream, link, clock and samples wired together.
 
-Pure: the same bytes with the same arrival times give the same readings. Until the clock has a fix (a third of a second), frames are
-held and then released with right stamps, in order.
+Pure: the same bytes with the same arrival times give the same readings. Until the clock has a fix (a third of a
+second), frames are held and then released with right stamps, in order.
 """
 
 from __future__ import annotations
@@ -21,7 +21,8 @@ from gsense_driver.text import DEFAULT_COLUMNS, Row, TextSampler, TextStream
 from gsense_driver.transport import delays_by_type
 
 _HELD_LIMIT = 4096
-_TEXT_CLOCK = ClockSettings(skew_sigma=0.05, noise_s=1e-3)  # the period of a text line is known to some percent only
+# The period of a text line is known to some percent only.
+_TEXT_CLOCK = ClockSettings(skew_sigma=0.05, noise_s=1e-3, late_step_s=0.5)
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,8 @@ class PipelineSettings:
 class _Source(Protocol):
     """One protocol: how bytes become frames, and frames readings."""
 
-    stream: FrameStream | TextStream
+    @property
+    def stream(self) -> FrameStream | TextStream: ...
 
     def feed(self, data: bytes) -> list[tuple[Frame, Row | None] | Reject]: ...
 

@@ -1,6 +1,6 @@
 """The serial port as a source of bytes that comes back by itself.
 
-`Connection` knows neither pyserial nor threads: an opener, a clock and a sleep are given to it. It opens with a growing pause
+`Connection` knows neither pyserial nor threads: an opener and a sleep are given to it. It opens with a growing pause
 between attempts, and says once when the port is lost and once when it is back.
 """
 
@@ -31,9 +31,11 @@ class SerialPort:
     """A port by pyserial: device, pseudo-terminal or URL."""
 
     def __init__(self, url: str, baud: int, timeout_s: float = 0.1) -> None:
-        options = {} if "://" in url else {"exclusive": True}
         try:
-            self._serial = serial.serial_for_url(url, baudrate=baud, timeout=timeout_s, **options)
+            self._serial = serial.serial_for_url(url, do_not_open=True, baudrate=baud, timeout=timeout_s)
+            if "://" not in url:
+                self._serial.exclusive = True  # two readers would each get half of the bytes
+            self._serial.open()
         except (OSError, ValueError) as error:  # SerialException is an OSError
             raise PortLostError(_one_line(error)) from error
 

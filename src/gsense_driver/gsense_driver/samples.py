@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple, Union
+from typing import NamedTuple
 
 from gsense_driver import scaling
 from gsense_driver.frames import (
@@ -50,7 +50,7 @@ class ImuReading(NamedTuple):
 
 
 class OrientationReading(NamedTuple):
-    """The BNO055's own fusion: orientation (w, x, y, z) of the sensor in its world frame, specific force in m/s^2 (3,)."""
+    """The BNO055's own fusion: orientation (w, x, y, z) in its world frame, and specific force in m/s^2 (3,)."""
 
     stamp_ns: int
     quaternion: Quaternion
@@ -80,7 +80,7 @@ class BatteryReading(NamedTuple):
     low: bool
 
 
-Reading = Union[ImuReading, OrientationReading, FieldReading, TemperatureReading, BatteryReading]
+Reading = ImuReading | OrientationReading | FieldReading | TemperatureReading | BatteryReading
 
 
 @dataclass
@@ -124,7 +124,7 @@ class Every:
 
 
 def gravity_in_sensor(q: Quaternion) -> Vector:
-    """Specific force at rest, in the sensor's axes (m/s^2): (0, 0, g) of the world rotated back by the unit quaternion q."""
+    """Specific force at rest in the sensor's axes, m/s^2: the world's (0, 0, g) rotated back by the unit q."""
     w, x, y, z = q
     g = scaling.G
     return 2.0 * g * (x * z - w * y), 2.0 * g * (y * z + w * x), g * (w * w - x * x - y * y + z * z)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Union
 
 from gsense_driver.errors import SettingError
 from gsense_driver.mounting import Mounting, parse_mounting
@@ -15,7 +14,7 @@ from gsense_driver.scaling import DEG, MPU_ACCEL_RANGES_G, MPU_GYRO_RANGES_DPS, 
 from gsense_driver.text import DEFAULT_COLUMNS, parse_columns
 from gsense_driver.transport import transport_delay
 
-Value = Union[bool, int, float, str, list[str]]
+Value = bool | int | float | str | list[str]
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ def is_pseudo_terminal(real_path: str) -> bool:
 
 
 def default_transport_delay(real_path: str, baud: int) -> float:
-    """Default of `transport_delay` in seconds: computed for a radio and a line of `baud`; zero for a pseudo-terminal."""
+    """Default of `transport_delay`, s: computed for a radio and a line of `baud`; zero for a pseudo-terminal."""
     return 0.0 if is_pseudo_terminal(real_path) else transport_delay(baud)
 
 

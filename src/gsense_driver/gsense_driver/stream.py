@@ -1,8 +1,9 @@
 """From serial bytes to frames: a COBS packet splitter.
 
-Each 32-byte payload travels as 33 COBS bytes closed by a 0x00, so any 0x00 re-synchronises. The splitter holds at most one
-unfinished packet of bounded length, never raises on data, and reports what it rejects in its place in the stream.
-The first piece after an opening may be the tail of a packet that began before: it is skipped, not counted as corrupt.
+Each 32-byte payload travels as 33 COBS bytes closed by a 0x00, so any 0x00 re-synchronises. The splitter holds at
+most one unfinished packet of bounded length, never raises on data, and reports what it rejects in its place in the
+stream. The first piece after an opening may be the tail of a packet that began before: it is skipped, not counted as
+corrupt.
 """
 
 from __future__ import annotations

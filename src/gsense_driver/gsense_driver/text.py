@@ -1,7 +1,8 @@
 """The thesis's own protocol: lines "counter;raw;raw;..." closed by CRLF, decimal counts, columns by parameter.
 
-There is no CRC and no board time. The counter serves as the sequence and, times a nominal period, as the board's time; the clock
-model finds the true period. A line whose fields are not all integers in range, or whose number of fields is wrong, is rejected.
+There is no CRC and no board time. The counter serves as the sequence and, times a nominal period, as the board's
+time; the clock model finds the true period. A line whose fields are not all integers in range, or too few or many, is
+rejected.
 """
 
 from __future__ import annotations

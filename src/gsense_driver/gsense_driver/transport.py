@@ -1,7 +1,8 @@
 """The constant part of a frame's way: from the start of the sensor's read to its last byte in the host.
 
-Times of the board are those measured for the PIC16F15356 at 8 MIPS (bursts at 400 kHz I2C, packing, CRC, SPI at 2 MHz); the air
-time is one nRF24L01+ transmission at 2 Mbit/s without retry. What varies (retries, USB, the host) is the clock model's matter.
+Times of the board are those measured for the PIC16F15356 at 8 MIPS (bursts at 400 kHz I2C, packing, CRC, SPI at 2
+MHz); the air time is one nRF24L01+ transmission at 2 Mbit/s without retry. What varies (retries, USB, the host) is
+the clock model's matter.
 """
 
 from __future__ import annotations

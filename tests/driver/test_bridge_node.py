@@ -1,0 +1,196 @@
+"""The node in this process, fed through a pseudo-terminal by an encoder of the tests' own."""
+
+import os
+import threading
+import time
+
+import pytest
+
+rclpy = pytest.importorskip("rclpy", reason="rclpy is not installed: run the tests by ./rig test")
+
+from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
+from gsense_msgs.msg import LinkStatus  # noqa: E402
+from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.parameter import Parameter  # noqa: E402
+from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature  # noqa: E402
+from tests.driver import wire  # noqa: E402
+
+from gsense_driver.bridge_node import Bridge  # noqa: E402
+
+TOPICS = {
+    "mpu6050/imu/data_raw": Imu,
+    "bno055/imu/data_raw": Imu,
+    "lisy300/imu/data_raw": Imu,
+    "bno055/imu/data": Imu,
+    "bno055/imu/mag": MagneticField,
+    "mpu6050/temperature": Temperature,
+    "bno055/temperature": Temperature,
+    "battery": BatteryState,
+    "link": LinkStatus,
+    "/diagnostics": DiagnosticArray,
+}
+
+
+class Rig:
+    """A bridge on a pseudo-terminal, and what it publishes."""
+
+    def __init__(self, link, context, **parameters):
+        self.master = -1
+        self.link = link
+        self.lock = threading.Lock()
+        self.unwritten = 0
+        self.stop = False
+        self.plug()
+        given = {"port": str(link), "unit_id": "unit-7", **parameters}
+        overrides = [Parameter(name.replace("__", "."), value=value) for name, value in given.items()]
+        self.node = Bridge(context=context, parameter_overrides=overrides, namespace="bench")
+        self.probe = rclpy.create_node("probe", context=context, namespace="bench")
+        self.got = {name: [] for name in TOPICS}
+        for name, kind in TOPICS.items():
+            self.probe.create_subscription(kind, name, self.got[name].append, 2000)
+        self.executor = SingleThreadedExecutor(context=context)
+        self.executor.add_node(self.node)
+        self.executor.add_node(self.probe)
+
+    def plug(self):
+        self.master, slave = os.openpty()
+        self.link.unlink(missing_ok=True)
+        self.link.symlink_to(os.ttyname(slave))
+        self.slave = slave
+        self.plugged = True
+
+    def unplug(self):
+        with self.lock:
+            self.plugged = False
+            os.close(self.slave)
+            os.close(self.master)
+            self.link.unlink()
+
+    def play(self, frames):
+        """Write frames at their times, in a thread; returns it and the host time of the board's zero."""
+        begin = time.time()
+
+        def write():
+            for when, data in frames:
+                time.sleep(max(0.0, begin + when - time.time()))
+                with self.lock:
+                    if self.plugged and not self.stop:
+                        os.write(self.master, wire.cobs(data))
+                    else:
+                        self.unwritten += 1
+
+        thread = threading.Thread(target=write, daemon=True)
+        thread.start()
+        return thread, begin
+
+    def spin_until(self, condition, seconds=20.0):
+        deadline = time.monotonic() + seconds
+        while not condition() and time.monotonic() < deadline:
+            self.executor.spin_once(timeout_sec=0.05)
+        return condition()
+
+
+@pytest.fixture
+def rig(tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    context = rclpy.Context()
+    rclpy.init(context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", "43")))
+    rig = Rig(tmp_path / "tty", context)
+    yield rig
+    rig.stop = True
+    rig.node.stop_reading()
+    rig.executor.shutdown()
+    rig.node.destroy_node()
+    rig.probe.destroy_node()
+    rclpy.try_shutdown(context=context)
+    if rig.link.is_symlink():
+        rig.unplug()
+
+
+def stamp(message):
+    return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
+
+
+def start(rig):
+    rig.node.trigger_configure()
+    rig.node.trigger_activate()
+    assert rig.spin_until(lambda: rig.probe.count_publishers("/bench/link") and rig.node._connection.connected)
+    rig.spin_until(lambda: False, 0.5)  # discovery of the other subscriptions
+
+
+def test_topics_values_stamps_and_link(rig):
+    start(rig)
+    board = wire.Board(mpu=lambda _t: wire.mpu_body(acc=(0, 0, 8192), gyr=(655, 0, 0), temperature=-521, lisy=8192))
+    frames = board.frames(3.0)
+    frames.append((3.0, wire.payload(4, len(frames), 3_000_000, wire.ndof_body())))
+    dropped = [frame for i, frame in enumerate(frames) if i not in (100, 200, 201)]
+    thread, begin = rig.play(dropped)
+    assert rig.spin_until(lambda: not thread.is_alive() and len(rig.got["bno055/imu/data"]) == 1)
+    assert rig.spin_until(lambda: rig.got["link"][-1].received == len(dropped), 5.0)
+    got = rig.got
+    mpu, lisy, bno = (got[f"{name}/imu/data_raw"] for name in ("mpu6050", "lisy300", "bno055"))
+    sent = [data[0] & 31 for _, data in dropped]
+    assert (len(mpu), len(lisy), len(bno)) == (sent.count(1), sent.count(1), sent.count(2))
+    assert mpu[0].linear_acceleration.z == pytest.approx(9.80665)
+    assert mpu[0].angular_velocity.x == pytest.approx(0.17453, abs=1e-4)
+    assert mpu[0].orientation_covariance[0] == -1.0
+    assert mpu[0].angular_velocity_covariance[0] > 0
+    assert lisy[0].linear_acceleration_covariance[0] == -1.0
+    assert list(lisy[0].angular_velocity_covariance)[0:9:4][:2] == [1e6, 1e6]
+    assert [stamp(m) for m in mpu] == [stamp(m) for m in lisy]
+    # All come in order, the first ones too, which waited for the clock; at the board's times plus a constant.
+    errors = [
+        stamp(m) - begin - when for m, (when, _) in zip(mpu, [f for f in dropped if f[1][0] & 31 == 1], strict=True)
+    ]
+    assert max(errors) - min(errors) < 5e-3
+    assert got["bno055/imu/data"][0].linear_acceleration.z == pytest.approx(9.80665)
+    assert got["bno055/imu/data"][0].angular_velocity_covariance[0] == -1.0
+    assert len(got["bno055/imu/mag"]) == 1
+    assert got["bno055/imu/mag"][0].magnetic_field.x == pytest.approx(20e-6)
+    assert 25 <= len(got["mpu6050/temperature"]) <= 31
+    assert got["mpu6050/temperature"][0].temperature == pytest.approx(35.0, abs=0.01)
+    assert got["battery"][0].voltage == pytest.approx(3.9)
+    link = got["link"][-1]
+    assert (link.lost, link.corrupt, link.duplicate, link.reordered, link.restarts) == (3, 0, 0, 0, 0)
+    assert link.unit_id == "unit-7"
+    names = {status.name for status in got["/diagnostics"][-1].status}
+    assert names == {f"bench/bridge: {task}" for task in ("link", "clock", "mpu6050", "bno055", "lisy300")}
+
+
+def test_a_port_that_vanishes_and_comes_back_elsewhere(rig):
+    start(rig)
+    frames = wire.Board().frames(6.0)
+    thread, _ = rig.play(frames)
+    mpu = rig.got["mpu6050/imu/data_raw"]
+    assert rig.spin_until(lambda: len(mpu) >= 150)
+    rig.unplug()
+    assert rig.spin_until(lambda: not rig.node._connection.connected)
+    rig.got["/diagnostics"].clear()
+    assert rig.spin_until(lambda: len(rig.got["/diagnostics"]) >= 1)
+    link = next(status for status in rig.got["/diagnostics"][-1].status if status.name.endswith("link"))
+    assert link.level == b"\x02"
+    assert "port" in link.message
+    rig.plug()
+    assert rig.spin_until(lambda: rig.node._connection.connected, 5.0)
+    unwritten = rig.unwritten
+    assert unwritten > 0
+    assert rig.spin_until(lambda: not thread.is_alive())
+    link = rig.node._pipeline.link
+    assert rig.spin_until(lambda: link.counts.received + link.counts.lost == len(frames), 5.0)
+    assert link.counts.lost >= unwritten
+    assert (link.counts.restarts, link.counts.corrupt) == (0, 0)
+    assert rig.spin_until(lambda: len(mpu) > 0.9 * (link.counts.received * 2 / 3), 5.0)
+
+
+def test_parameters_are_checked_and_live_ones_take_effect(rig):
+    start(rig)
+    (bad,) = rig.node.set_parameters([Parameter("mpu6050.mounting", value="y x z")])
+    assert not bad.successful
+    assert "mirror" in bad.reason
+    (fixed,) = rig.node.set_parameters([Parameter("port", value="/dev/null")])
+    assert not fixed.successful
+    (good,) = rig.node.set_parameters([Parameter("mpu6050.frame_id", value="chip")])
+    assert good.successful
+    thread, _ = rig.play(wire.Board().frames(1.0))
+    assert rig.spin_until(lambda: not thread.is_alive() and len(rig.got["mpu6050/imu/data_raw"]) >= 190)
+    assert rig.got["mpu6050/imu/data_raw"][-1].header.frame_id == "chip"
