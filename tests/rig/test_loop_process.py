@@ -18,9 +18,11 @@ from gsense_rig.loop.client import LoopGone, LoopProcess
 from gsense_rig.loop.clock import HostTime, measured_offset_ns
 from gsense_rig.loop.messages import DriveSine, Home, Stop
 from gsense_rig.loop.pacing import LatenessMeter, Pacer
+from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.spec import ProcessSpec
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
 from gsense_rig.safety.modes import Mode
+from gsense_rig.safety.monitor import SafetyLimits
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -115,14 +117,16 @@ def test_host_time_is_constant_but_for_steps():
 
 def test_commands_telemetry_and_history_without_a_hole(tmp_path):
     telemetry, report = [], tmp_path / "end.json"
-    loop = LoopProcess(ProcessSpec(position=0.1, feed_factory=partial(RecordingFeed, report)), telemetry.append)
+    parameters = LoopParameters(safety=SafetyLimits(command_timeout=0.5))
+    spec = ProcessSpec(parameters, position=0.1, feed_factory=partial(RecordingFeed, report))
+    loop = LoopProcess(spec, telemetry.append)
     loop.wait_ready()
     reply, _ = loop.request(DriveSine(loop.next_id(), 0.1, 2.0, 1))
     assert "not homed" in reply.result(10).message
     reply, result = loop.request(Home(loop.next_id()))
     assert reply.result(10).accepted
     os.kill(loop.pid, signal.SIGSTOP)  # the machine is busy elsewhere
-    time.sleep(0.4)
+    time.sleep(0.8)
     os.kill(loop.pid, signal.SIGCONT)
     wait_for(lambda: telemetry[-1].mode == Mode.HOMING and abs(telemetry[-1].velocity) > 0.1)
     _, stopped = loop.request(Stop(loop.next_id()))

@@ -245,6 +245,11 @@ def test_hardware_that_stops_answering_is_a_fault():
     clock.hardware.read = silent
     clock.step()
     assert clock.telemetry.fault == Fault.HARDWARE
+    assert clock.hardware.output.duty == 0.0
+    clock.run_for(0.5)
+    assert clock.telemetry.disabled
+    assert clock.hardware.plant.velocity == 0.0
+    assert abs(clock.hardware.plant.position) < 0.03
 
 
 def test_numbers_are_those_of_the_message():

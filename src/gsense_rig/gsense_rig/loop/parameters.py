@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from gsense_rig.control.controllers import ControlLimits
 from gsense_rig.control.limits import MotionLimits
 from gsense_rig.plant.parameters import DriveParameters, PlantParameters
+from gsense_rig.safety.brake import BrakeParameters
 from gsense_rig.safety.homing import HomingParameters
 from gsense_rig.safety.monitor import SafetyLimits
 
@@ -27,9 +28,7 @@ class LoopParameters:
     safety: SafetyLimits = field(default_factory=SafetyLimits)
     homing: HomingParameters = field(default_factory=HomingParameters)
     settle: float = 0.15  # s held at the end of a motion before the motor goes off
-    standstill_speed: float = 0.01  # m/s
-    standstill_time: float = 0.03  # s of standstill after which a brake ends in DIS
-    longest_brake: float = 1.0  # s
+    brake: BrakeParameters = field(default_factory=BrakeParameters)
 
     @property
     def period(self) -> float:

@@ -62,7 +62,7 @@ class LoopService:
             while True:
                 due = pacer.next_due(time.monotonic())
                 late = self._sleep_until(due)
-                self._take_commands(due)
+                self._take_commands()
                 self._tick(loop, hardware, due, tick)
                 tick += 1
                 self._meter.note(late, max(time.monotonic() - due - late, 0.0))
@@ -105,7 +105,7 @@ class LoopService:
         for result in loop.take_results():
             self._send(result)
 
-    def _take_commands(self, now: float) -> None:
+    def _take_commands(self) -> None:
         if self._orphan:
             return
         try:
@@ -113,8 +113,10 @@ class LoopService:
         except PipeClosed:
             self._lost()
             return
+        if items:
+            # The present, not the tick's due time: while late ticks are caught up, the source was not silent.
+            self._loop.sign_of_life(time.monotonic())
         for item in items:
-            self._loop.sign_of_life(now)
             if isinstance(item, Shutdown):
                 self.request_end()
             elif not isinstance(item, SignOfLife):

@@ -12,6 +12,7 @@ from gsense_rig.hardware.interface import HardwareError, HardwareReading, MotorO
 from gsense_rig.loop.admission import busy_text, refuse_drive
 from gsense_rig.loop.messages import Command, DriveSine, Home, Reply, Reset, Result, Stop, Telemetry
 from gsense_rig.loop.motion import Motion
+from gsense_rig.safety.brake import Brake
 from gsense_rig.safety.homing import Homing, Phase
 from gsense_rig.safety.modes import KEEPS_POSITION, LIGHTS, Fault, Mode
 from gsense_rig.safety.monitor import FaultMonitor, Finding, Observation
@@ -55,8 +56,7 @@ class RigLoop:
         self._homing: Homing | None = None
         self._homing_command = 0
         self._begun = 0.0
-        self._braking_since: float | None = None
-        self._still_since: float | None = None
+        self._brake = Brake(parameters.brake)
         self._results: list[Result] = []
 
     # ---- commands
@@ -126,7 +126,7 @@ class RigLoop:
         elif self.mode is Mode.HOMING:
             self._finish(self._homing_command, False, "stopped")
             self._homing = None
-            self._brake()
+            self._begin_brake()
             self._stop_command = command.id
             self.mode = Mode.STOPPING
         elif self.mode is Mode.STOPPING:
@@ -139,7 +139,7 @@ class RigLoop:
     def _reset(self, command: Reset) -> Reply:
         if self.mode is not Mode.FAULT:
             return Reply(command.id, False, "no fault to reset")
-        if self._braking_since is not None:
+        if self._brake.active:
             return Reply(command.id, False, "still braking")
         keeps = self.homed and self.fault in KEEPS_POSITION
         self.homed = keeps
@@ -156,17 +156,19 @@ class RigLoop:
         period = self.parameters.period if self._now is None else now - self._now
         if self._now is None:
             self._last_sign = now
+        first = self._now is None
+        finding: Finding | None
         try:
             reading = self._hardware.read()
         except HardwareError as error:
             if self._reading is None:
                 raise
-            self._now = now
-            self._trip(Finding(Fault.HARDWARE, str(error)))
-            return self._telemetry(now, self._reading)
-        self._read(reading, first=self._now is None)
+            reading = self._reading
+            finding = Finding(Fault.HARDWARE, str(error))
+        else:
+            self._read(reading, first)
+            finding = self._monitor.check(self._observe(now, period, reading))
         self._now = now
-        finding = self._monitor.check(self._observe(now, period, reading))
         if finding is not None and self.mode is not Mode.FAULT:
             self._trip(finding)
         duty, disabled = self._act(now, reading)
@@ -187,14 +189,14 @@ class RigLoop:
         setpoint = self._setpoint
         return Observation(
             now, period, self.mode, reading, self._position, None if setpoint is None else setpoint.position,
-            self._voltage(), self._braking_since is not None, now - self._last_sign,
+            self._voltage(), self._brake.active, now - self._last_sign,
         )  # fmt: skip
 
     def _act(self, now: float, reading: HardwareReading) -> tuple[float, bool]:
         """Duty and DIS of this period."""
         if self._homing is not None:
             return self._act_homing(self._homing, now, reading)
-        if self._braking_since is not None:
+        if self._brake.active:
             return self._act_braking(now)
         if self._motion is not None:
             return self._act_motion(self._motion, now)
@@ -206,7 +208,7 @@ class RigLoop:
         if setpoint is None:
             self._motion, self._setpoint = None, None
             if self.mode is Mode.STOPPING:
-                self._brake()
+                self._begin_brake()
                 return self._act_braking(now)
             self._finish(motion.command, True, "done", motion.rms_error)
             self.mode = Mode.IDLE
@@ -224,11 +226,11 @@ class RigLoop:
             return self._homing_done(homing)
         if homing.reference is None:
             self._setpoint = None
-            self._braking_since = self._braking_since if self._braking_since is not None else now
+            self._brake.begin(now)
             return 0.0, False
         if homing.reference is not before:
             self._controller.reset()
-            self._braking_since = None
+            self._brake.release()
         return self._control(homing.reference.at(now - homing.started)), False
 
     def _homing_done(self, homing: Homing) -> tuple[float, bool]:
@@ -237,24 +239,18 @@ class RigLoop:
         self._position -= homing.zero
         self._monitor.shift(homing.zero)
         self.homed, self.mode = True, Mode.IDLE
-        self._homing, self._setpoint, self._braking_since = None, None, None
+        self._homing, self._setpoint = None, None
+        self._brake.release()
         self._finish(self._homing_command, True, f"homed; the carriage is at {self._position * 1e3:+.2f} mm")
         return 0.0, True
 
     def _act_braking(self, now: float) -> tuple[float, bool]:
-        """Short-circuit brake until standstill, then off; off at once where there is no bridge to brake with."""
-        p = self.parameters
-        if self._braking_since is None:
-            self._braking_since = now
+        """Brake until standstill, then off; off at once where there is no bridge to brake with."""
         self._setpoint = None
-        if abs(self._observer.velocity) > p.standstill_speed:
-            self._still_since = None
-        elif self._still_since is None:
-            self._still_since = now
-        stopped = self._still_since is not None and now - self._still_since >= p.standstill_time
-        if not (stopped or self.fault is Fault.BRIDGE or now - self._braking_since > p.longest_brake):
+        if self.fault is Fault.BRIDGE:
+            self._brake.release()
+        if self._brake.update(now, self._observer.velocity, blind=self.fault in (Fault.ENCODER, Fault.HARDWARE)):
             return 0.0, False
-        self._braking_since = None
         if self.mode is Mode.STOPPING:
             self.mode = Mode.IDLE if self.homed else Mode.UNHOMED
             self._finish(self._stop_command, True, "stopped")
@@ -278,17 +274,17 @@ class RigLoop:
 
     def _begin(self, mode: Mode) -> None:
         self.mode, self._begun = mode, self._last_tick()
-        self._braking_since = None
+        self._brake.release()
         self._controller.reset()
         self._monitor.clear()
-        self._last_sign = self._begun
+        self._last_sign = max(self._last_sign, self._begun)
 
     def _last_tick(self) -> float:
         return 0.0 if self._now is None else self._now
 
-    def _brake(self) -> None:
+    def _begin_brake(self) -> None:
         self._motion, self._setpoint = None, None
-        self._braking_since, self._still_since = self._now, None
+        self._brake.begin(self._last_tick())
 
     def _trip(self, finding: Finding) -> None:
         """Enter FAULT: end what is in work and brake."""
@@ -296,7 +292,7 @@ class RigLoop:
             self._finish(command, False, finding.text)
         self.mode, self.fault, self.fault_text = Mode.FAULT, finding.fault, finding.text
         self._homing = None
-        self._brake()
+        self._begin_brake()
 
     def _finish(self, command: int, success: bool, message: str, rms_error: float = 0.0) -> None:
         self._results.append(Result(command, success, message, rms_error))
