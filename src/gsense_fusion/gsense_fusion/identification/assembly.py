@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from gsense_fusion.identification import plotdata
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis
-from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE, RunData
+from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
@@ -24,7 +24,6 @@ from gsense_fusion.identification.metrics import (
     pose_floor,
     pose_rms,
 )
-from gsense_fusion.identification.mounting import OWN_DELAY_STDERR_S
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection, template_stderr
@@ -51,7 +50,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     traces = attitude_traces(folds)
     units = [c.unit_id for c in a.clean if c.unit_id]
     return LoopResult(
-        sensor=a.settings.sensor,
+        sensor=a.clean[0].sensor,
         unit_id=units[0] if units else None,
         declared=a.settings.declared,
         declared_parameters=_declared_parameters(a),
@@ -144,7 +143,7 @@ def _summaries(a: Analysis) -> tuple[RunSummary, ...]:
     for clean in a.clean:
         parts = [r for r in a.campaign.runs if r.run.path == clean.path]
         moving = next((r for r in parts if r.motion is not None and r.motion.angular_frequency is not None), None)
-        delay = next((_delay(a, r) for r in parts if r.geometry.delay is not None), None)
+        delay = next((r.delay_s for r in parts if r.geometry.delay is not None), None)
         out.append(
             RunSummary(
                 bag=clean.path,
@@ -159,14 +158,6 @@ def _summaries(a: Analysis) -> tuple[RunSummary, ...]:
             )
         )
     return tuple(out)
-
-
-def _delay(a: Analysis, data: RunData) -> float | None:
-    """A run's own delay where it is known well, else the campaign's."""
-    own = data.geometry.delay
-    if own is None:
-        return None
-    return own.value if own.stderr < OWN_DELAY_STDERR_S else a.campaign.delay.value
 
 
 def _findings(a: Analysis) -> tuple[Finding, ...]:

@@ -19,6 +19,7 @@ from gsense_fusion.identification.mounting import (
     RunGeometry,
     common_delay,
     find_mountings,
+    run_delays,
     run_geometry,
 )
 from gsense_fusion.identification.types import FloatArray, Role
@@ -54,6 +55,8 @@ class RunData:
     mounting: Mounting | None
     mounting_number: int | None
     windows: tuple[Window, ...]
+    delay_s: float
+    """How much later than the encoder's the IMU's samples of this run are, s."""
 
     @property
     def is_fit(self) -> bool:
@@ -99,15 +102,16 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
     mountings, member = find_mountings([geometry[i] for i in with_rig])
     number = dict(zip(with_rig, member, strict=True))
     delay = common_delay(geometry)
+    delays = run_delays(geometry, delay)
     data = []
-    for i, (run, motion, found) in enumerate(zip(runs, motions, geometry, strict=True)):
+    for i, (run, motion, found, late) in enumerate(zip(runs, motions, geometry, delays, strict=True)):
         if i in number:
             k = number[i]
             mounting = None if k is None else mountings[k]
         else:  # a still pose held by nothing but the table: a mounting of its own
             mountings.append(_pose(found))
             k, mounting = len(mountings) - 1, mountings[-1]
-        data.append(RunData(run, motion, found, mounting, k, _windows(run, motion, delay.value)))
+        data.append(RunData(run, motion, found, mounting, k, _windows(run, motion, late), late))
     return Campaign(tuple(data), tuple(mountings), delay)
 
 
@@ -143,7 +147,6 @@ class DriverSource:
 
     def __init__(self, campaign: Campaign) -> None:
         """Take the campaign whose runs' drivers are wanted."""
-        self._campaign = campaign
         self._cached = lru_cache(maxsize=4 * len(campaign.runs))(self._make)
 
     def of(self, data: RunData, templates: Templates) -> Drivers:
@@ -152,7 +155,7 @@ class DriverSource:
 
     def _make(self, data: RunData, templates: Templates) -> Drivers:
         time = data.run.time
-        kin = self._kinematics(data, time - self._campaign.delay.value - templates.gyro_delay_s)
+        kin = self._kinematics(data, time - data.delay_s - templates.gyro_delay_s)
         return Drivers(
             kinematics=kin,
             mounting=data.mounting,

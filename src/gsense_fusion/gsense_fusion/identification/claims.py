@@ -41,28 +41,26 @@ def judge(selection: Selection, best: Fit) -> Claims:
     likelihood = selection.likelihood
     notes: list[str] = []
     found = sorted(best.names - selection.declared, key=lambda n: -selection.gain(best, n)[0])
-    names = []
+    names: list[str] = []
+    refinements: list[str] = []
     strongest = max((selection.gain(best, n)[0] for n in found), default=0.0)
     for name in found:
         if selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
             notes.append(
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
+            refinements.append(name)
         elif selection.effects[name].dynamic and not _survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
         else:
             names.append(name)
-    full = _fit(selection, names)
-    windows = residuals(likelihood, full, likelihood.campaign.fit)
-    symptoms = find_symptoms(likelihood, full, windows)
+    tested = _fit(selection, names + refinements)
+    symptoms = find_symptoms(likelihood, tested, residuals(likelihood, tested, likelihood.campaign.fit))
     demoted: list[str] = []
     if any(s.kind == "orders" for s in symptoms):
-        demoted = [n for n in names if selection.effects[n].dynamic and _removed_part(selection, full, n) < LOCKED_PART]
-        if demoted:
-            names = [n for n in names if n not in demoted]
-            full = _fit(selection, names)
-            windows = residuals(likelihood, full, likelihood.campaign.fit)
-            symptoms = find_symptoms(likelihood, full, windows) or symptoms
+        demoted = [n for n in names if selection.effects[n].dynamic and _removed_part(selection, tested, n) < LOCKED_PART]
+        names = [n for n in names if n not in demoted]
+    full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes))
 
@@ -131,7 +129,7 @@ def _left_out(likelihood: Likelihood, fit: Fit) -> float:
         if gram.rows == 0:
             continue
         rest = Gram(total.xx - gram.xx, total.xy - gram.xy, total.yy - gram.yy, total.rows - gram.rows)
-        part, _, _ = solve(rest, index, likelihood.columns.groups)
+        part, _, _ = solve(rest, index, likelihood.columns.plausible)
         xx = gram.xx[np.ix_(index, index)]
         value -= 0.5 * (gram.yy - 2 * float(part @ gram.xy[index]) + float(part @ xx @ part))
     return value

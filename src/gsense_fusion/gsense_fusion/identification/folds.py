@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData
-from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import Held
 from gsense_fusion.identification.noise import NoiseModel
@@ -44,7 +44,7 @@ def make_folds(
             continue
         likelihood = Likelihood(fold, fold_source, effects, noise)
         models = {
-            label: Prediction.of(label, likelihood.evaluate(fit.names, fit.templates, fit.drift))
+            label: Prediction.of(label, likelihood.evaluate(fit.names, fit.templates, fit))
             for label, fit in fits.items()
         }
         out.append(Held(fold.held_out, fold.runs, _with_raw(models), Predictor(effects, fold_source)))
@@ -60,7 +60,7 @@ def _groups(campaign: Campaign) -> list[tuple[RunData, ...]]:
 
 def _with_raw(models: dict[str, Prediction]) -> dict[str, Prediction]:
     some = next(iter(models.values()))
-    return {"raw": Prediction("raw", np.zeros_like(some.beta), type(some.templates)()), **models}
+    return {"raw": Prediction("raw", np.zeros_like(some.beta), Templates(), {}), **models}
 
 
 def _with_role(data: RunData, role: Role) -> RunData:

@@ -26,6 +26,7 @@ class CleanRun:
 
     name: str
     path: str
+    sensor: str
     role: Role
     session: int
     time: FloatArray
@@ -109,6 +110,7 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     return CleanRun(
         name=run.name,
         path=str(run.path),
+        sensor=run.sensor,
         role=role,
         session=0,
         time=time,

@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gsense_fusion.identification.alignment import Tolerance, differences, marginalise
 from gsense_fusion.identification.blocks import block_design, block_means, cut_blocks
 from gsense_fusion.identification.campaign import Campaign, DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.slow import Drift, SlowNoise, initial_drift
-from gsense_fusion.identification.types import FloatArray, IntArray
+from gsense_fusion.identification.types import FloatArray, IntArray, Owner
 from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaign
 
-RANK_TOLERANCE = 1e-8
+IDENTIFIED_PART = 0.3
 DRIFT_ROUNDS = 3
 
 
@@ -33,22 +34,28 @@ class Fit:
     rank: int
     """Number of parameters that this data identifies."""
     drift: Mapping[int, Drift]
+    alignment: Mapping[int, FloatArray]
+    """Difference of each mounting's coefficients from `beta` (gyro scale and misalignment on true rotations), (P,)."""
+
+    def beta_in(self, mounting: int | None) -> FloatArray:
+        """Coefficients in one mounting, shape (P,)."""
+        return self.beta if mounting is None or mounting not in self.alignment else self.beta + self.alignment[mounting]
 
     def bic_cost(self, searched: int, n: int) -> float:
         """Penalty on twice the log-likelihood: every identified and every searched parameter costs ln n."""
         return (self.rank + searched) * float(np.log(n))
 
 
-def solve(gram: Gram, index: IntArray, groups: IntArray) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares on some columns by pseudo-inverse; unidentified directions get zero.
+def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Least squares on some columns; directions that the data does not identify get zero.
 
-    Columns of one group (same effect, same unit) share one scale, so that "zero" is the smallest parameter vector in
-    physical units: from one mounting, G comes out along the direction in which the board was accelerated.
+    Parameters are measured in their plausible sizes. A direction counts as identified where its standard error is under
+    `IDENTIFIED_PART` of that: from one mounting, G comes out along the direction in which the board was accelerated.
 
     Args:
-        gram: Normal equations.
+        gram: Normal equations with unit noise.
         index: Columns to use, shape (k,).
-        groups: Group number of every column, shape (P,).
+        plausible: Plausible size of every column's parameter, shape (P,).
 
     Returns:
         Coefficients (k,), covariance (k, k) and rank.
@@ -56,12 +63,9 @@ def solve(gram: Gram, index: IntArray, groups: IntArray) -> tuple[FloatArray, Fl
     """
     if len(index) == 0:
         return np.zeros(0), np.zeros((0, 0)), 0
-    xx = gram.xx[np.ix_(index, index)]
-    own = groups[index]
-    size = np.array([np.max(np.diag(xx)[own == g]) for g in own])
-    unit = np.where(size > 0, 1.0 / np.sqrt(np.where(size > 0, size, 1.0)), 0.0)
-    values, vectors = np.linalg.eigh(xx * unit[:, None] * unit[None])
-    good = values > RANK_TOLERANCE * max(float(values[-1]), 1e-300)
+    unit = plausible[index]
+    values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * unit[:, None] * unit[None])
+    good = values > 1.0 / IDENTIFIED_PART**2
     inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
     covariance = inverse * unit[:, None] * unit[None]
     return covariance @ gram.xy[index], covariance, int(good.sum())
@@ -84,6 +88,7 @@ class Likelihood:
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
         self._start = initial_drift(noise)
+        self._rotations = self.columns.vectors(tuple(e for e in effects if e.owner is Owner.RIG))
         self._designs: dict[Templates, FloatArray] = {}
         moves = any(w.moving for r in campaign.fit for w in r.windows)
         self.samples = (sum(len(r.run) for r in campaign.fit) if moves else len(self.blocks)) * len(noise)
@@ -105,33 +110,45 @@ class Likelihood:
             total = total + slow.gram(X[:, axis, :], self.blocks.rate[:, axis], drift[axis])
         return total
 
-    def fast_gram(self, templates: Templates) -> Gram:
-        """Normal equations of the moving windows."""
-        total = Gram.zero(self.columns.total)
-        for gram in self.fast.grams(templates):
-            total = total + gram
-        return total
+    def mounting_grams(self, templates: Templates) -> dict[int, Gram]:
+        """Normal equations of the moving windows by mounting."""
+        out: dict[int, Gram] = {}
+        for data, gram in zip(self.campaign.fit, self.fast.grams(templates), strict=True):
+            key = -1 if data.mounting_number is None else data.mounting_number
+            if gram.rows:
+                out[key] = out[key] + gram if key in out else gram
+        return out
 
-    def evaluate(self, names: frozenset[str], templates: Templates, drift: Mapping[int, Drift] | None = None) -> Fit:
-        """Fit a model; the drift's strengths are estimated with it unless given."""
-        fast = self.fast_gram(templates)
+    def evaluate(self, names: frozenset[str], templates: Templates, start: Fit | None = None) -> Fit:
+        """Fit a model.
+
+        Args:
+            names: Its effects.
+            templates: Values of the searched parameters.
+            start: A fit whose drift and alignment tolerance are kept; both are estimated where it is None.
+
+        """
+        grams = self.mounting_grams(templates)
         index = self.columns.index(names)
-        fixed = drift is not None
-        current: Mapping[int, Drift] = self._start if drift is None else drift
+        beta, drift = np.zeros(self.columns.total), self._start
+        if start is not None:
+            beta, drift = start.beta, dict(start.drift)
         X = self.block_columns(templates)
-        for _ in range(1 if fixed else DRIFT_ROUNDS):
-            gram = fast + self.slow_gram(templates, current)
-            part, covariance, rank = solve(gram, index, self.columns.groups)
-            if not fixed:
-                current = self._estimate_drift(X[:, :, index] @ part, current)
-        if not fixed:
-            part, covariance, rank = solve(fast + self.slow_gram(templates, current), index, self.columns.groups)
-        beta = np.zeros(self.columns.total)
-        beta[index] = part
+        for last in [True] if start is not None else [False] * DRIFT_ROUNDS + [True]:
+            tolerance = Tolerance.of(beta, self._rotations)
+            marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
+            fast = sum((m.gram for m in marginals.values()), Gram.zero(self.columns.total))
+            part, covariance, rank = solve(fast + self.slow_gram(templates, drift), index, self.columns.plausible)
+            beta = np.zeros(self.columns.total)
+            beta[index] = part
+            if not last:
+                drift = self._estimate_drift(X @ beta, drift)
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
-        loglik = self._fast_loglik(fast, beta) + self._slow_loglik(X @ beta, current)
-        return Fit(names, templates, loglik, beta, full, rank, dict(current))
+        loglik = self._fast_loglik(fast, beta) - 0.5 * sum(m.logdet for m in marginals.values())
+        loglik += self._slow_loglik(X @ beta, drift)
+        delta = differences(grams, marginals, tolerance, beta)
+        return Fit(names, templates, loglik, beta, full, rank, drift, delta)
 
     def _estimate_drift(self, predicted: FloatArray, current: Mapping[int, Drift]) -> dict[int, Drift]:
         residual = self.blocks.rate - predicted

@@ -79,10 +79,10 @@ def orders(a: Analysis) -> OrderSpectrum | None:
     return OrderSpectrum(amplitude[0].order, before, after, noise)
 
 
-def _by_phase(data: RunData, window: Window, series: FloatArray, delay: float) -> FloatArray:
+def _by_phase(data: RunData, window: Window, series: FloatArray) -> FloatArray:
     """Mean of (n, k) over the drive's phase, shape (PHASE_BINS, k)."""
     w = 0.0 if data.motion is None else data.motion.angular_frequency or 0.0
-    t = data.run.time[window.start : window.stop] - delay
+    t = data.run.time[window.start : window.stop] - data.delay_s
     bins = ((w * t / (2 * np.pi)) % 1.0 * PHASE_BINS).astype(int) % PHASE_BINS
     count = np.bincount(bins, minlength=PHASE_BINS)
     out = [np.bincount(bins, series[:, i], PHASE_BINS) / np.maximum(count, 1) for i in range(series.shape[1])]
@@ -102,8 +102,8 @@ def ellipse(a: Analysis) -> Ellipse | None:
     for label in ("declared", "full"):
         rate = fold.predictor.rate(data, fold.models[label])[cut]
         predictions.append(rate - rate.mean(axis=0))
-    mean = [_by_phase(data, window, x, a.campaign.delay.value) for x in (measured, *predictions)]
-    acceleration = _by_phase(data, window, kin.acceleration[cut, None], a.campaign.delay.value)[:, 0]
+    mean = [_by_phase(data, window, x) for x in (measured, *predictions)]
+    acceleration = _by_phase(data, window, kin.acceleration[cut, None])[:, 0]
     axis = int(np.argmax(np.ptp(mean[0], axis=0)))
     w = 0.0 if data.motion is None else data.motion.angular_frequency or 0.0
     closed = [np.append(m[:, axis], m[0, axis]) for m in mean]

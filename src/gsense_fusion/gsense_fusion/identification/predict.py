@@ -21,11 +21,17 @@ class Prediction:
     label: str
     beta: FloatArray
     templates: Templates
+    alignment: Mapping[int, FloatArray]
+    """Difference of the coefficients in each mounting that was fitted."""
 
     @staticmethod
     def of(label: str, fit: Fit) -> Prediction:
         """From a fit."""
-        return Prediction(label, fit.beta, fit.templates)
+        return Prediction(label, fit.beta, fit.templates, fit.alignment)
+
+    def beta_in(self, mounting: int | None) -> FloatArray:
+        """Coefficients in one mounting, shape (P,)."""
+        return self.beta if mounting is None or mounting not in self.alignment else self.beta + self.alignment[mounting]
 
 
 class Predictor:
@@ -41,11 +47,12 @@ class Predictor:
         """Predicted angular rate without bias, rad/s, shape (n, 3); only effects of these owners where given."""
         drivers = self._source.of(data, model.templates)
         out = np.zeros((len(drivers), 3))
+        coefficients = model.beta_in(data.mounting_number)
         for effect in self._effects:
             if owners is not None and effect.owner not in owners:
                 continue
             first = self._columns.start[effect.name]
-            beta = model.beta[first : first + len(effect.parameters)]
+            beta = coefficients[first : first + len(effect.parameters)]
             if beta.any():
                 out += effect.design(drivers) @ beta
         return out

@@ -67,7 +67,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
                 continue
             part = slice_drivers(drivers, window)
             X = np.concatenate([effect.design(part) for effect in likelihood.effects], axis=2)
-            error = data.run.angular_rate[window.start : window.stop] - X @ fit.beta
+            error = data.run.angular_rate[window.start : window.stop] - X @ fit.beta_in(data.mounting_number)
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             rows = project_out_slow(whiten(error[:, :, None], bins), len(window), bins)[:, :, 0]
             out.append(WindowResidual(data, window, bins, rows.reshape(2, -1, 3)))

@@ -99,7 +99,7 @@ class Selection:
 
     def _refine_one(self, names: frozenset[str], fit: Fit, template: TemplateSpec) -> Fit:
         def evaluate(value: float) -> Fit:
-            return self.likelihood.evaluate(names, replace(fit.templates, **{template.field: value}), fit.drift)
+            return self.likelihood.evaluate(names, replace(fit.templates, **{template.field: value}), fit)
 
         tried = sorted(((evaluate(v).loglik, v) for v in template.grid), reverse=True)
         centre = tried[0][1]
@@ -148,7 +148,7 @@ def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) ->
     for _ in range(12):
         sides = [value - step, value + step]
         drop = [
-            fit.loglik - likelihood.evaluate(fit.names, replace(fit.templates, **{template.field: v}), fit.drift).loglik
+            fit.loglik - likelihood.evaluate(fit.names, replace(fit.templates, **{template.field: v}), fit).loglik
             for v in sides
         ]
         mean = float(np.mean(drop))

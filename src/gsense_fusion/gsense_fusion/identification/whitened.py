@@ -49,21 +49,29 @@ class Columns:
     start: Mapping[str, int]
     count: Mapping[str, int]
     total: int
-    groups: IntArray
-    """Number of the (effect, unit) group of each column, shape (P,)."""
+    plausible: FloatArray
+    """Plausible size of each parameter, shape (P,)."""
 
     @staticmethod
     def of(effects: tuple[Effect, ...]) -> Columns:
         """Lay the effects out one after the other."""
         start, count, total = {}, {}, 0
-        groups: list[tuple[str, str]] = []
+        plausible: list[float] = []
         for effect in effects:
             start[effect.name] = total
             count[effect.name] = len(effect.parameters)
             total += len(effect.parameters)
-            groups.extend((effect.name, p.unit) for p in effect.parameters)
-        numbers = {group: i for i, group in enumerate(dict.fromkeys(groups))}
-        return Columns(start, count, total, np.array([numbers[g] for g in groups], dtype=np.int64))
+            plausible.extend(p.plausible for p in effect.parameters)
+        return Columns(start, count, total, np.array(plausible))
+
+    def vectors(self, effects: tuple[Effect, ...]) -> tuple[IntArray, ...]:
+        """Columns of each vector parameter (same effect, same unit) of some effects."""
+        out = []
+        for effect in effects:
+            units = [p.unit for p in effect.parameters]
+            for unit in dict.fromkeys(units):
+                out.append(np.array([self.start[effect.name] + i for i, u in enumerate(units) if u == unit], dtype=np.int64))
+        return tuple(out)
 
     def index(self, names: frozenset[str]) -> IntArray:
         """Column numbers of a set of effects."""

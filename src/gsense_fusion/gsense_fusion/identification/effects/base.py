@@ -33,10 +33,13 @@ class Drivers:
 
 @dataclass(frozen=True)
 class ParameterSpec:
-    """Name and unit of one parameter of an effect."""
+    """One parameter of an effect."""
 
     name: str
     unit: str
+    plausible: float
+    """Size that nobody would wonder at, in the unit. A direction of the parameters that the data cannot pin down to a
+    part of it is left at zero: a turned board that is off by milliradians must not make up columns of G."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,6 @@ def per_axis(driver: FloatArray) -> FloatArray:
     return np.asarray(driver[:, None, None] * np.eye(3)[None])
 
 
-def spec(names: str, unit: str) -> tuple[ParameterSpec, ...]:
-    """Parameters with one unit, names separated by blanks."""
-    return tuple(ParameterSpec(name, unit) for name in names.split())
+def spec(names: str, unit: str, plausible: float) -> tuple[ParameterSpec, ...]:
+    """Parameters of one unit and plausible size, names separated by blanks."""
+    return tuple(ParameterSpec(name, unit, plausible) for name in names.split())

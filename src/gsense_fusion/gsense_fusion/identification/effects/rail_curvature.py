@@ -15,7 +15,7 @@ class RailCurvature(Effect):
     owner = Owner.RIG
     equation = "R (t + 2 u s) v"
     source = "geometry of a bowed or twisted rail; 0.1 mm sag on 0.6 m is 0.13 deg/m"
-    parameters = spec("t_x t_y t_z", "rad/m") + spec("u_x u_y u_z", "rad/m^2")
+    parameters = spec("t_x t_y t_z", "rad/m", 1e-2) + spec("u_x u_y u_z", "rad/m^2", 3e-2)
     separating_run = "board_turned_180"
     every_run = False
 
