@@ -20,7 +20,8 @@ Values = dict[str, npt.ArrayLike]
 _XYZ = ("x", "y", "z")
 _NOT_REPORTED = -1.0
 _UNKNOWN_AXIS = 1e6
-LION = 2
+DISCHARGING, HEALTH_GOOD, LION = 2, 1, 2
+"""Constants of BatteryState."""
 
 
 @dataclass(frozen=True)
@@ -87,16 +88,18 @@ class RunMessages:
             capacity=nan,
             design_capacity=nan,
             percentage=nan,
-            power_supply_status=2,
-            power_supply_health=0,
+            power_supply_status=DISCHARGING,
+            power_supply_health=HEALTH_GOOD,
             power_supply_technology=LION,
             present=True,
-            cell_voltage=np.zeros(0, dtype=np.float32),
+            cell_voltage=np.zeros(1, dtype=np.float32),
             cell_temperature=np.zeros(0, dtype=np.float32),
             location="",
             serial_number="",
         )
-        return self._batch(self.topics["BATTERY"], example, stamp, latency, {"voltage": volts}, depth=5)
+        return self._batch(
+            self.topics["BATTERY"], example, stamp, latency, {"voltage": volts, "cell_voltage.0": volts}, depth=5
+        )
 
     def link(self, stamp: Array, latency: Array, values: Mapping[str, npt.ArrayLike]) -> Batch:
         """LinkStatus; `values` by field."""
