@@ -1,15 +1,93 @@
-"""report.html: one self-contained page."""
+"""report.html: one self-contained page, figures inline, nothing loaded from elsewhere."""
 
 from __future__ import annotations
 
-from jinja2 import Environment
+from importlib import resources
+from typing import Any
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
 
 from gsense_fusion.identification.result import LoopResult
-from gsense_fusion.report.words import one_sentence
+from gsense_fusion.report import tables
+from gsense_fusion.report.figures import figures
+from gsense_fusion.report.units import DEG, number, rounded
+from gsense_fusion.report.words import (
+    badge,
+    has_motion,
+    hertz,
+    headline_rms,
+    judged_on,
+    listing,
+    one_sentence,
+)
 
-PAGE = "<!doctype html><html lang='en'><meta charset='utf-8'><title>{{ sentence }}</title><h1>{{ sentence }}</h1></html>\n"
+TEMPLATE, STYLE = "report.html.j2", "report.css"
 
 
 def report_html(result: LoopResult) -> str:
-    """The page as text."""
-    return Environment(autoescape=True).from_string(PAGE).render(sentence=one_sentence(result))
+    """The page as text: equal input gives an equal page; all text from bags is escaped."""
+    folder = resources.files(__package__)
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
+    environment.filters["pretty"] = tables.pretty
+    template = environment.from_string((folder / TEMPLATE).read_text(encoding="utf-8"))
+    # own text only, never a bag's: the style and Matplotlib's drawings
+    style = Markup((folder / STYLE).read_text(encoding="utf-8"))  # noqa: S704
+    drawings = [(f, Markup(f.svg)) for f in figures(result)]  # noqa: S704
+    return template.render(_content(result), style=style, figures=drawings)
+
+
+def _content(result: LoopResult) -> dict[str, Any]:
+    unexplained = result.unexplained
+    return {
+        "sensor": result.sensor,
+        "verdict": result.verdict,
+        "badge": badge(result),
+        "sentence": tables.pretty(one_sentence(result)),
+        "charts": _charts(result),
+        "facts": _facts(result),
+        "findings": [tables.finding_card(f) for f in result.findings],
+        "unexplained": unexplained,
+        "unexplained_rms": None if unexplained is None else f"{number(unexplained.rate_rms * DEG, 2)} deg/s",
+        "unexplained_si": None if unexplained is None else f"{number(unexplained.rate_rms)} rad/s",
+        "unexplained_hz": [] if unexplained is None else [(hertz(w), rounded(w, 2)) for w in unexplained.frequencies],
+        "declared": [tables.parameter_table(name, p) for name, p in result.declared_parameters.items()],
+        "ranking": tables.ranked_rows(result),
+        "undecided": result.undecided,
+        "notes": result.notes,
+        "runs": tables.run_rows(result.runs),
+        "moving": has_motion(result),
+        "judged_on": judged_on(result),
+        "listing": listing,
+    }
+
+
+def _charts(result: LoopResult) -> list[tables.BarChart]:
+    """The error that counts first, then the others that there are."""
+    name, first = headline_rms(result)
+    charts = [tables.bars(first, name.removeprefix("the ").capitalize())]
+    if first is result.rate_rms and result.pose_rms is not None:
+        charts.append(tables.bars(result.pose_rms, "Error of the mean rate at rest"))
+    elif first is not result.rate_rms:
+        charts.append(tables.bars(result.rate_rms, "Rate error below 5 Hz"))
+    if result.attitude_gyro_only is not None:
+        charts.append(tables.bars(result.attitude_gyro_only, "Attitude, gyro alone", angle=True))
+    if result.attitude_madgwick is not None:
+        charts.append(tables.bars(result.attitude_madgwick, "Attitude, Madgwick's filter", angle=True))
+    return charts
+
+
+def _facts(result: LoopResult) -> list[tuple[str, str]]:
+    runs = result.runs
+    held = sum(r.role == "held_out" for r in runs)
+    samples, lost = sum(r.samples for r in runs), sum(r.lost for r in runs)
+    share = f" ({100.0 * lost / (samples + lost):.2g} %)" if lost else ""
+    return [
+        ("sensor", result.sensor),
+        ("unit", result.unit_id or "not named"),
+        ("runs", f"{len(runs) - held} fitted, {held} held out" if held else f"{len(runs)}, held out in turn"),
+        ("sessions", str(len({r.session for r in runs}))),
+        ("samples", f"{samples:,}".replace(",", "\N{NARROW NO-BREAK SPACE}")),
+        ("lost", f"{lost}{share}"),
+        ("declared model", listing(result.declared) if result.declared else "empty"),
+    ]
