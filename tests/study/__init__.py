@@ -1,0 +1,1 @@
+"""The long identification study and the simulator that it runs on."""

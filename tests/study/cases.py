@@ -1,0 +1,76 @@
+"""The sessions of the study: nulls, single effects and pairs on a ladder of energies, effects outside the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .simulator import SessionParameters, sweep_plan
+from .simulator.disturbances import OUTSIDE
+from .simulator.energy import scaled
+from .simulator.parameters import ChainParameters, NoiseParameters, ThermalParameters
+
+SINGLES = ("temperature_bias", "rail_curvature", "time_offset")
+PAIRS = (("temperature_bias", "rail_curvature"), ("rail_curvature", "time_offset"), ("temperature_bias", "time_offset"))
+LEVELS = (40.0, 400.0, 4000.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One session to be judged."""
+
+    group: str
+    """null, single, pair or outside."""
+    kinds: tuple[str, ...]
+    energy: float
+    seed: int
+    rate_hz: float = 200.0
+
+    @property
+    def label(self) -> str:
+        return " + ".join(self.kinds) or "null"
+
+
+def parameters(case: Case) -> SessionParameters:
+    """The session's parameters, everything but the disturbances drawn from its seed alone."""
+    rng = np.random.default_rng([case.seed, 77])
+    base = NoiseParameters()
+    return SessionParameters(
+        seed=case.seed,
+        plan=sweep_plan(case.seed),
+        rail_shape="spline" if case.seed % 3 == 0 else "arc",
+        noise=replace(base, white=base.white * float(rng.uniform(0.8, 1.3)), relaxation=base.relaxation * rng.uniform(0, 1.5)),
+        thermal=ThermalParameters(
+            board_rise_k=float(rng.uniform(3, 9)),
+            board_tau_s=float(rng.uniform(80, 250)),
+            element_tau_s=float(rng.uniform(1, 8)),
+            warm_for_s=float(rng.uniform(5, 200)),
+        ),
+        chain=ChainParameters(
+            rate_hz=case.rate_hz,
+            filter_hz=min(42.0, 0.45 * case.rate_hz),
+            clock_ppm=float(rng.uniform(-80, 80)),
+            loss=float(rng.choice([0.0, 0.0, 0.002])),
+        ),
+    )
+
+
+def with_disturbances(case: Case) -> SessionParameters:
+    """The parameters with the case's disturbances at its energy (each of a pair alone has it)."""
+    bare = parameters(case)
+    found = tuple(scaled(bare, kind, case.energy)[0] for kind in case.kinds)
+    return replace(bare, disturbances=found)
+
+
+def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 0) -> list[Case]:
+    """`nulls` sessions without, `each` per effect and energy with something undeclared; in random order."""
+    cases = [Case("null", (), 0.0, first_seed + 10_000 + i, rate_hz) for i in range(nulls)]
+    for number, kinds in enumerate([(k,) for k in SINGLES] + list(PAIRS) + [(k,) for k in OUTSIDE]):
+        group = "pair" if len(kinds) == 2 else "single" if kinds[0] in SINGLES else "outside"
+        levels = LEVELS if group == "single" else LEVELS[1:]
+        for i, energy in enumerate(levels):
+            seeds = range(first_seed + 20_000 + 1000 * number + 200 * i, first_seed + 20_000 + 1000 * number + 200 * i + each)
+            cases += [Case(group, kinds, energy, seed, rate_hz) for seed in seeds]
+    order = np.random.default_rng(first_seed).permutation(len(cases))
+    return [cases[i] for i in order]

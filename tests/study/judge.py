@@ -1,0 +1,116 @@
+"""One session through the identification, and what it got right."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from dataclasses import dataclass, field
+
+from gsense_fusion.identification.engine import Settings, close_loop
+from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.types import Role
+
+from .cases import Case, with_disturbances
+from .reference import held_out_rms, true_noise
+from .simulator import Session, simulate
+
+
+@dataclass
+class Outcome:
+    """What was found in one session; all fields can be written as JSON."""
+
+    group: str
+    label: str
+    energy: float
+    seed: int
+    verdict: str = "error"
+    found: list[str] = field(default_factory=list)
+    exact: bool = False
+    within_rivals: bool = False
+    wrong: bool = False
+    """Wrong and confident: `effects_found` though neither the effects named nor their listed rivals are the true ones."""
+    floor_ratio: float = float("nan")
+    """Held-out `full` over the root mean square of the realised noise."""
+    stated_floor_ratio: float = float("nan")
+    """The engine's `noise_floor` over the same."""
+    removed: float = float("nan")
+    """Part of the removable mean square that the findings remove."""
+    z: dict[str, float] = field(default_factory=dict)
+    """(estimate - truth) / stderr of each parameter whose truth is known."""
+    why: str = ""
+    seconds: float = 0.0
+
+
+def analyse(session: Session, settings: Settings | None = None) -> LoopResult:
+    """The session through the engine."""
+    return close_loop([(run, Role(role)) for run, role in session.runs], settings or Settings(session.runs[0][0].sensor))
+
+
+def judge(case: Case) -> Outcome:
+    """Simulate, analyse, compare; an exception is an outcome of its own."""
+    out = Outcome(case.group, case.label, case.energy, case.seed)
+    try:
+        session = simulate(with_disturbances(case))
+        start = time.process_time()
+        result = analyse(session)
+        out.seconds = time.process_time() - start
+        compare(case, session, result, out)
+    except Exception:  # noqa: BLE001  (one bad session must not end a study of hours)
+        out.why = traceback.format_exc(limit=-3)
+    return out
+
+
+def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> None:
+    """Fill in the outcome."""
+    truth = frozenset(case.kinds) if case.group in ("single", "pair") else frozenset()
+    named = [(f.effect, f.alternatives) for f in result.findings]
+    out.verdict = result.verdict
+    out.found = sorted(n for n, _ in named)
+    confident = result.verdict == "effects_found"
+    if case.group == "outside":
+        out.exact = out.within_rivals = result.verdict == "unexplained" and not named
+        out.wrong = confident
+    elif case.group == "null":
+        out.exact = out.within_rivals = result.verdict == "nothing_missing"
+        out.wrong = confident
+    else:
+        out.exact = confident and frozenset(out.found) == truth
+        out.within_rivals = confident and _reachable(named, truth)
+        out.wrong = confident and not out.within_rivals
+    noise = held_out_rms(session, true_noise(session))
+    out.floor_ratio = result.rate_rms.full / noise
+    out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise
+    removable = result.rate_rms.declared**2 - noise**2
+    if removable > 0:
+        out.removed = 1.0 - (result.rate_rms.full**2 - noise**2) / removable
+    out.z = deviations(session, result)
+    if result.unexplained is not None:
+        out.why = result.unexplained.description
+
+
+def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str]) -> bool:
+    """Whether the true set comes out when each name may be one of its listed rivals."""
+    if not named:
+        return not truth
+    (name, rivals), rest = named[0], named[1:]
+    return any(_reachable(rest, truth - {n}) for n in (name, *rivals) if n in truth)
+
+
+def deviations(session: Session, result: LoopResult) -> dict[str, float]:
+    """(estimate - truth) / stderr of the found parameters whose truth is known."""
+    size = {d.kind: d.size for d in session.parameters.disturbances}
+    true: dict[str, float] = {}
+    if "temperature_bias" in size:
+        true |= {f"c_{a}": size["temperature_bias"] * session.direction[i] for i, a in enumerate("xyz")}
+    if "time_offset" in size:
+        true["tau"] = size["time_offset"]
+    if "rail_curvature" in size and session.parameters.rail_shape == "arc":
+        true |= {f"t_{a}": session.rail_slope[i] for i, a in enumerate("xyz")}
+        true |= {f"u_{a}": session.rail_bend[i] for i, a in enumerate("xyz")}
+    out: dict[str, float] = {}
+    for finding in result.findings:
+        if finding.effect in size:
+            for name, p in finding.parameters.items():
+                if name in true and p.stderr > 0:
+                    out[name] = float((p.value - true[name]) / p.stderr)
+    return out

@@ -1,0 +1,216 @@
+"""A whole session: plan, physics, sampling; the truth stands beside the runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from gsense_fusion.bags.run import ImuSeries, LinkCounts, PoseSeries, Run, ScalarSeries
+from numpy.typing import NDArray
+from scipy.signal import bilinear, lfilter, lfilter_zi
+from scipy.spatial.transform import Rotation
+
+from . import disturbances as mechanisms
+from .carriage import RATE_HZ, Travel, drive
+from .markov import realise
+from .parameters import ChainParameters, PlannedRun, SessionParameters, sweep_plan
+from .rail import GRAVITY, Felt, Rail, make_rail, ride
+from .thermal import Temperatures, thermometer, warm_up
+
+Array = NDArray[np.float64]
+EPOCH_NS = 1_750_000_000_000_000_000
+SENSOR = "mpu6050"
+
+
+@dataclass(frozen=True, eq=False)
+class RunTruth:
+    """One run's truth at the samples that arrived."""
+
+    plan: PlannedRun
+    time: Array
+    """Session time of the samples in s, shape (n,)."""
+    signal: Array
+    """Angular rate as sampled, without noise and quantisation, rad/s, shape (n, 3)."""
+    noise: Array
+    """Measured minus signal, rad/s, shape (n, 3)."""
+    force: Array
+    """True specific force as the gyro's filter passes it, m/s^2, shape (n, 3)."""
+    travel: Travel
+
+
+@dataclass(frozen=True, eq=False)
+class Session:
+    """Runs with their roles, and the truth."""
+
+    parameters: SessionParameters
+    runs: tuple[tuple[Run, str], ...]
+    truth: tuple[RunTruth, ...]
+    g_matrix: Array
+    sensor_from_carriage: Array
+    direction: Array
+    """Unit vector along which the disturbances act, sensor axes."""
+    rail_slope: Array
+    """True rotation per metre about the rail's axes, rad/m, shape (3,)."""
+    rail_bend: Array
+    """rad/m^2, shape (3,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class _World:
+    p: SessionParameters
+    rail: Rail
+    mounting: Rotation
+    g: Array
+    direction: Array
+    bias: Array
+    friction: float
+    temperatures: Temperatures
+    starts: Array
+    length_s: float
+    accel: Array
+    accel_bias: Array
+
+    def size(self, kind: str) -> float:
+        return sum(d.size for d in self.p.disturbances if d.kind == kind)
+
+
+def simulate(parameters: SessionParameters) -> Session:
+    """Simulate a session. The same seed with other disturbances gives the same noise, mounting and motion."""
+    p = parameters
+    plan = p.plan or sweep_plan(p.seed)
+    world, slope, bend = _world(p, plan)
+    noise_rng = np.random.default_rng([p.seed, 2])
+    clocks = [_sample_times(p.chain, run, start, noise_rng) for run, start in zip(plan, world.starts, strict=True)]
+    slow = np.stack([_slow_noise(p, np.concatenate(clocks), noise_rng) for _ in range(3)], axis=1)
+    edges = np.cumsum([0] + [len(c) for c in clocks])
+    runs, truth = [], []
+    for i, run in enumerate(plan):
+        made = _run(world, run, i, clocks[i], slow[edges[i] : edges[i + 1]])
+        runs.append((made[0], run.role))
+        truth.append(made[1])
+    return Session(p, tuple(runs), tuple(truth), world.g, world.mounting.as_matrix(), world.direction, slope, bend)
+
+
+def _world(p: SessionParameters, plan: tuple[PlannedRun, ...]) -> tuple[_World, Array, Array]:
+    rng = np.random.default_rng([p.seed, 1])
+    direction = rng.standard_normal(3)
+    direction /= np.linalg.norm(direction)
+    g = rng.normal(0, p.g_typical, (3, 3)) if p.g_matrix is None else np.array(p.g_matrix)
+    size = sum(d.size for d in p.disturbances if d.kind == "rail_curvature")
+    shape = rng.standard_normal(3)
+    slope, bend = size * shape / np.linalg.norm(shape), size * rng.normal(0, 0.7, 3)
+    rail = make_rail(rng, p.rail_shape, slope, bend)
+    mounting = Rotation.from_rotvec(rng.normal(0, p.mounting_error, 3)) * Rotation.from_matrix(np.array(p.frame))
+    starts = np.cumsum([0.0] + [r.duration_s + rng.uniform(3, 8) for r in plan])
+    c = p.chain
+    accel = Rotation.from_rotvec(rng.normal(0, c.accel_misalignment, 3)).as_matrix() * (1 + rng.normal(0, c.accel_scale, 3))
+    world = _World(
+        p=p,
+        rail=rail,
+        mounting=mounting,
+        g=g,
+        direction=direction,
+        bias=rng.normal(0, np.radians(1.5), 3),
+        friction=float(rng.uniform(1.5, 4.0)) if p.seed % 2 else 2.5,
+        temperatures=warm_up(p.thermal, float(starts[-1]), rng),
+        starts=starts[:-1] + 1.0,
+        length_s=float(starts[-1]),
+        accel=accel,
+        accel_bias=rng.normal(0, c.accel_bias, 3),
+    )
+    return world, slope, bend
+
+
+def _sample_times(c: ChainParameters, run: PlannedRun, start: float, rng: np.random.Generator) -> Array:
+    period = (1 + c.clock_ppm * 1e-6) / c.rate_hz
+    first = start + 0.05 + rng.uniform(0, period)
+    return first + np.arange(int((run.duration_s - 0.1) / period)) * period
+
+
+def _slow_noise(p: SessionParameters, time: Array, rng: np.random.Generator) -> Array:
+    n = p.noise
+    relaxation = n.relaxation * rng.standard_normal() * np.exp(-(time + 20.0) / n.relaxation_tau_s)
+    return realise(time, n.markov_tau_s, n.markov_sigma, rng) + relaxation
+
+
+def _low_pass(series: Array, c: ChainParameters) -> Array:
+    w = 2 * np.pi * c.filter_hz
+    b, a = bilinear([w * w], [1.0, np.sqrt(2) * w, w * w], RATE_HZ)
+    zi = lfilter_zi(b, a)[:, None] * series[:1]
+    return np.asarray(lfilter(b, a, series, axis=0, zi=zi)[0])
+
+
+def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array) -> tuple[Run, RunTruth]:
+    p, c = world.p, world.p.chain
+    rng = np.random.default_rng([p.seed, 3, number])
+    travel = drive(run, world.friction)
+    felt = ride(world.rail, travel)
+    turn = Rotation.from_rotvec([0.0, 0.0, np.pi if run.turned else 0.0])
+    mounting = world.mounting * turn
+    force, rate = mounting.apply(felt.force), mounting.apply(felt.rate)
+    start = float(world.starts[number])
+    time = start + travel.time
+    scene = mechanisms.Scene(
+        time, travel, world.temperatures.element_at(time) - 25.0, mounting.apply([1.0, 0.0, 0.0]), world.direction,
+        world.length_s, np.random.default_rng([p.seed, 4, number]),
+    )  # fmt: skip
+    rate = rate + world.bias + force @ world.g.T
+    for d in p.disturbances:
+        if d.kind in mechanisms.MECHANISMS:
+            rate = rate + mechanisms.MECHANISMS[d.kind](scene, d.size)
+    white = rng.standard_normal((len(time), 3)) * p.noise.white * np.sqrt(RATE_HZ / 2)
+    late = clock - world.size("time_offset")
+    signal = _at(late, time, _low_pass(rate, c))
+    noise = _at(late, time, _low_pass(white, c)) + slow
+    measured = np.round((signal + noise) / c.gyro_lsb) * c.gyro_lsb
+    shake = rng.standard_normal((len(time), 3)) * c.accel_white * np.sqrt(RATE_HZ / 2)
+    sensed = _at(clock, time, _low_pass(force @ world.accel.T + world.accel_bias + shake, c))
+    sensed = np.round(sensed / c.accel_lsb) * c.accel_lsb
+    kept = _arrived(len(clock), c.loss, rng)
+    stamps = _stamp(p, clock + c.stamp_jitter_s * rng.standard_normal(len(clock)))
+    imu = ImuSeries(stamps[kept], stamps[kept] + 2_000_000, measured[kept], sensed[kept], (True, True, True))
+    bag = Run(
+        path=Path(f"simulated/run_{number:02d}"),
+        name=f"run_{number:02d}",
+        sensor=SENSOR,
+        topic=f"{SENSOR}/imu/data_raw",
+        imu=imu,
+        pose=_encoder(p, travel, start, rng),
+        temperature=_thermometer(world, start, run.duration_s, rng) if p.temperature_topic else None,
+        link=LinkCounts(int(kept.sum()), int((~kept).sum()), 0, 0, 0, 0),
+    )
+    passed = _at(late, time, _low_pass(force, c))
+    return bag, RunTruth(run, clock[kept], signal[kept], (measured - signal)[kept], passed[kept], travel)
+
+
+def _at(when: Array, time: Array, series: Array) -> Array:
+    return np.stack([np.interp(when, time, series[:, i]) for i in range(3)], axis=1)
+
+
+def _stamp(p: SessionParameters, seconds: Array) -> NDArray[np.int64]:
+    return EPOCH_NS + np.round((seconds + p.start_s) * 1e9).astype(np.int64)
+
+
+def _arrived(n: int, loss: float, rng: np.random.Generator) -> NDArray[np.bool_]:
+    kept = rng.random(n) >= loss * 0.75
+    for first in np.flatnonzero(rng.random(n) < loss * 0.25 / 8):
+        kept[first : first + 8] = False
+    kept[[0, -1]] = True
+    return kept
+
+
+def _encoder(p: SessionParameters, travel: Travel, start: float, rng: np.random.Generator) -> PoseSeries:
+    c = p.chain
+    time = np.arange(rng.uniform(0, 1 / c.encoder_hz), travel.time[-1], 1 / c.encoder_hz)
+    position = np.interp(time, travel.time, travel.position)
+    counted = np.round(position / c.encoder_quantum) * c.encoder_quantum
+    return PoseSeries(_stamp(p, start + time + c.encoder_jitter_s * rng.standard_normal(len(time))), counted)
+
+
+def _thermometer(world: _World, start: float, duration: float, rng: np.random.Generator) -> ScalarSeries:
+    time = start + np.arange(0.03, duration, 1.0 / world.p.thermal.thermometer_hz)
+    return ScalarSeries(_stamp(world.p, time), thermometer(world.p.thermal, world.temperatures, time, rng))
+
+
+__all__ = ["GRAVITY", "Felt", "RunTruth", "Session", "simulate"]

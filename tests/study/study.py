@@ -1,0 +1,93 @@
+"""The long identification study: many simulated sessions through `close_loop`, and the table of what it got right.
+
+    ./rig study [--sessions N] [--each N] [--jobs 2] [--rate 200] [--out FILE.jsonl]
+
+Outcomes are appended to FILE as they come; a study that was interrupted goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from pathlib import Path
+
+for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")  # the sessions run in parallel, not the small matrices of each
+ROOT = Path(__file__).resolve().parents[2]
+sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
+
+from rich.console import Console  # noqa: E402
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn  # noqa: E402
+
+from tests.study.cases import Case, make_cases  # noqa: E402
+from tests.study.judge import Outcome, judge  # noqa: E402
+from tests.study.table import show  # noqa: E402
+
+
+def main() -> int:
+    """Run the study and print its table."""
+    a = _arguments()
+    console = Console(width=None if sys.stdout.isatty() else 150)
+    cases = make_cases(a.sessions, a.each, a.rate, a.first_seed)
+    if a.only:
+        cases = [c for c in cases if c.group in a.only or c.label in a.only]
+    outcomes = _earlier(a.out, cases)
+    done = {_key(o.label, o.energy, o.seed) for o in outcomes}
+    todo = [c for c in cases if _key(c.label, c.energy, c.seed) not in done]
+    a.out.parent.mkdir(parents=True, exist_ok=True)
+    columns = (TextColumn("sessions"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TimeRemainingColumn())
+    with a.out.open("a", encoding="utf-8") as file, Progress(*columns, console=Console(stderr=True)) as bar:
+        task = bar.add_task("", total=len(cases), completed=len(outcomes))
+        for outcome in _outcomes(todo, a.jobs):
+            outcomes.append(outcome)
+            file.write(json.dumps(asdict(outcome)) + "\n")
+            file.flush()
+            bar.advance(task)
+    show(outcomes, console)
+    console.print(f"outcomes: {a.out}")
+    return 1 if any(o.verdict == "error" for o in outcomes) else 0
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="./rig study", description="The long identification study.")
+    parser.add_argument("--sessions", type=int, default=300, help="null sessions (default 300)")
+    parser.add_argument("--each", type=int, default=20, help="sessions for each effect and energy (default 20)")
+    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--rate", type=float, default=200.0, help="sample rate in Hz (default 200)")
+    parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
+    parser.add_argument("--only", nargs="*", default=[], help="groups or effects: null, single, rail_curvature, ...")
+    parser.add_argument("--out", type=Path, default=None, help="outcomes, one JSON a line")
+    a = parser.parse_args()
+    if a.out is None:
+        a.out = ROOT / "out" / "study" / f"outcomes_{a.rate:g}hz_{a.first_seed}.jsonl"
+    return a
+
+
+def _key(label: str, energy: float, seed: int) -> tuple[str, float, int]:
+    return label, energy, seed
+
+
+def _earlier(path: Path, cases: list[Case]) -> list[Outcome]:
+    if not path.is_file():
+        return []
+    wanted = {_key(c.label, c.energy, c.seed) for c in cases}
+    found = [Outcome(**json.loads(line)) for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    return [o for o in found if _key(o.label, o.energy, o.seed) in wanted]
+
+
+def _outcomes(cases: list[Case], jobs: int) -> Iterator[Outcome]:
+    if jobs <= 1:
+        yield from (judge(c) for c in cases)
+        return
+    with ProcessPoolExecutor(jobs) as pool:
+        for future in as_completed([pool.submit(judge, c) for c in cases]):
+            yield future.result()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
