@@ -139,6 +139,22 @@ def test_stop_while_homing_leaves_it_unhomed():
     assert clock.telemetry.disabled
 
 
+def test_stop_on_the_switch_while_homing_is_no_fault():
+    clock = homed()
+    clock.loop.submit(Home(2))
+    while not clock.telemetry.switches[0]:
+        clock.step()
+    assert clock.run_command(Stop(3)).success
+    assert (clock.telemetry.mode, clock.telemetry.fault) == (Mode.UNHOMED, Fault.NONE)
+
+
+def test_encoder_that_jumps_while_idle_is_a_fault():
+    clock = homed()
+    inject_jump(clock)
+    clock.step()
+    assert clock.telemetry.fault == Fault.ENCODER
+
+
 def inject_jump(clock):
     clock.hardware.injection.encoder_jump = 4000
 

@@ -186,10 +186,10 @@ class RigLoop:
         return None if self._output.disabled else self._model.duty_voltage(self._output.duty)
 
     def _observe(self, now: float, period: float, reading: HardwareReading) -> Observation:
-        setpoint = self._setpoint
+        reference = None if self._setpoint is None else self._setpoint.position
         return Observation(
-            now, period, self.mode, reading, self._position, None if setpoint is None else setpoint.position,
-            self._voltage(), self._brake.active, now - self._last_sign,
+            now, period, self.mode, self.homed, reading, self._position, reference, self._voltage(),
+            self._brake.active, now - self._last_sign,
         )  # fmt: skip
 
     def _act(self, now: float, reading: HardwareReading) -> tuple[float, bool]:

@@ -38,6 +38,7 @@ class Observation(NamedTuple):
     now: float  # s
     period: float  # s since the last tick
     mode: Mode
+    homed: bool  # the position's zero is the rail's middle
     reading: HardwareReading
     position: float  # m, encoder
     reference: float | None  # m; None: no control
@@ -86,14 +87,15 @@ class FaultMonitor:
             return Finding(Fault.EMERGENCY_STOP, "emergency stop pressed")
         if not reading.bridge_ok:
             return Finding(Fault.BRIDGE, "the motor's bridge reports a fault")
+        speed = 0.0 if last is None or seen.period <= 0.0 else (seen.position - last) / seen.period
         if seen.mode not in (Mode.HOMING, Mode.RUNNING, Mode.STOPPING):
             self.clear()
-            return None
-        speed = 0.0 if last is None or seen.period <= 0.0 else (seen.position - last) / seen.period
+            return self._jump(seen, speed) if seen.homed else None
         return (
             self._late(seen)
             or self._switches(seen)
             or self._electrical(seen)
+            or self._jump(seen, speed)
             or self._encoder(seen, speed)
             or self._motion(seen, speed)
         )
@@ -108,7 +110,7 @@ class FaultMonitor:
 
     def _switches(self, seen: Observation) -> Finding | None:
         left, _, right, _ = seen.reading.switches
-        if seen.mode is not Mode.HOMING and (left or right):  # homing judges the switches itself
+        if seen.homed and (left or right):  # homing judges the switches itself
             return Finding(Fault.END_SWITCH, f"{'left' if left else 'right'} end switch at {seen.position:+.4f} m")
         return None
 
@@ -122,10 +124,13 @@ class FaultMonitor:
             return None
         return Finding(Fault.OVERCURRENT, f"motor current {current:.1f} A above {self.limits.overcurrent:g} A")
 
+    def _jump(self, seen: Observation, speed: float) -> Finding | None:
+        if abs(speed) <= self.limits.encoder_speed:
+            return None
+        return Finding(Fault.ENCODER, f"the encoder jumped by {speed * seen.period * 1e3:.1f} mm in one period")
+
     def _encoder(self, seen: Observation, speed: float) -> Finding | None:
         limits = self.limits
-        if abs(speed) > limits.encoder_speed:
-            return Finding(Fault.ENCODER, f"the encoder jumped by {speed * seen.period * 1e3:.1f} mm in one period")
         if seen.voltage is None:
             self._emf = 0
             return None
@@ -142,7 +147,7 @@ class FaultMonitor:
         limits = self.limits
         if abs(speed) > limits.runaway_speed:
             return Finding(Fault.RUNAWAY, f"carriage at {speed:+.2f} m/s")
-        if seen.mode is not Mode.HOMING and abs(seen.position) > self._soft_limit:
+        if seen.homed and abs(seen.position) > self._soft_limit:
             return Finding(Fault.SOFT_LIMIT, f"carriage at {seen.position:+.4f} m, outside the soft limits")
         return self._tracking_error(seen) or self._stalled(seen)
 
