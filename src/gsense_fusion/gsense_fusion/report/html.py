@@ -15,8 +15,8 @@ from gsense_fusion.report.units import DEG, number, rounded
 from gsense_fusion.report.words import (
     badge,
     has_motion,
-    hertz,
     headline_rms,
+    hertz,
     judged_on,
     listing,
     one_sentence,
@@ -65,15 +65,19 @@ def _content(result: LoopResult) -> dict[str, Any]:
 def _charts(result: LoopResult) -> list[tables.BarChart]:
     """The error that counts first, then the others that there are."""
     name, first = headline_rms(result)
-    charts = [tables.bars(first, name.removeprefix("the ").capitalize())]
+    found = bool(result.findings)
+    title = name.removeprefix("the ")
+    charts = [tables.bars(first, title[0].upper() + title[1:], found=found)]
     if first is result.rate_rms and result.pose_rms is not None:
-        charts.append(tables.bars(result.pose_rms, "Error of the mean rate at rest"))
+        charts.append(tables.bars(result.pose_rms, "Error of the mean rate at rest", found=found))
     elif first is not result.rate_rms:
-        charts.append(tables.bars(result.rate_rms, "Rate error below 5 Hz"))
+        charts.append(tables.bars(result.rate_rms, "Rate error below 5 Hz", found=found))
+    if not has_motion(result):  # at rest, with each run's own bias, attitude says nothing of the models
+        return charts
     if result.attitude_gyro_only is not None:
-        charts.append(tables.bars(result.attitude_gyro_only, "Attitude, gyro alone", angle=True))
+        charts.append(tables.bars(result.attitude_gyro_only, "Attitude, gyro alone", found=found, angle=True))
     if result.attitude_madgwick is not None:
-        charts.append(tables.bars(result.attitude_madgwick, "Attitude, Madgwick's filter", angle=True))
+        charts.append(tables.bars(result.attitude_madgwick, "Attitude, Madgwick's filter", found=found, angle=True))
     return charts
 
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import inf, isfinite
 from pathlib import PurePath
 
 from gsense_fusion.identification.metrics import Rms
 from gsense_fusion.identification.result import Finding, LoopResult, RunSummary
 from gsense_fusion.identification.types import AXES, Parameter
-from gsense_fusion.report.units import COVERAGE_95, DEG, engineers, interval, number, probability, together
+from gsense_fusion.report.units import DEG, engineers, interval, number, probability, together
 from gsense_fusion.report.words import OWNER_NAMES, correction, separating_run
 
 MATRIX_NAME = re.compile(r"^[a-z]_([xyz])([xyz])$")
 UNIDENTIFIED = 10.0
-"""An interval this many times wider than the best of its matrix says that the data does not identify the entry."""
+"""An interval this many times wider than those of the significant entries: the data does not identify the entry."""
 
 
 @dataclass(frozen=True)
@@ -117,9 +117,11 @@ class RankedRow:
     chosen: bool
 
 
-def bars(rms: Rms, title: str, *, angle: bool = False) -> BarChart:
-    """Raw, declared, full and noise floor as bars of one chart."""
-    named = [("raw", "bias alone", rms.raw), ("declared", "declared model", rms.declared), ("full", "with the findings", rms.full)]
+def bars(rms: Rms, title: str, *, found: bool, angle: bool = False) -> BarChart:
+    """Raw, declared, full (where there are findings) and noise floor as bars of one chart."""
+    named = [("raw", "bias alone", rms.raw), ("declared", "declared model", rms.declared)]
+    if found:
+        named.append(("full", "with the findings", rms.full))
     if rms.noise_floor is not None:
         named.append(("noise", "noise floor", rms.noise_floor))
     largest = max((v for _, _, v in named if isfinite(v)), default=0.0) or 1.0
@@ -148,21 +150,23 @@ def parameter_table(effect: str, parameters: Mapping[str, Parameter]) -> Paramet
     """A matrix where the names are those of one (g_xx ... g_zz), else a row each."""
     if len(parameters) == 9 and all(MATRIX_NAME.match(name) for name in parameters):
         by_entry = {name[-2:]: p for name, p in parameters.items()}
-        narrowest = min((p.stderr for p in parameters.values() if p.stderr > 0), default=0.0)
+        widest = max((p.stderr for p in parameters.values() if p.significant), default=inf)
         unit = next(iter(parameters.values())).unit
-        matrix = tuple((r, tuple(_cell(by_entry[r + c], narrowest) for c in AXES)) for r in AXES)
+        matrix = tuple((r, tuple(_cell(by_entry[r + c], widest) for c in AXES)) for r in AXES)
         return ParameterTable(effect, (), matrix, pretty(engineers(unit).unit), pretty(unit))
     rows = tuple(
-        ParameterRow(name, pretty(interval(p, name)), pretty(interval(p, name, si=True)), p.significant and p.stderr > 0)
+        ParameterRow(
+            name, pretty(interval(p, name)), pretty(interval(p, name, si=True)), p.significant and p.stderr > 0
+        )
         for name, p in parameters.items()
     )
     return ParameterTable(effect, rows, (), "", "")
 
 
-def _cell(p: Parameter, narrowest: float) -> Cell:
+def _cell(p: Parameter, widest: float) -> Cell:
     unit = engineers(p.unit).unit
     value = interval(p).removesuffix(unit).strip()
-    identified = not narrowest or p.stderr <= UNIDENTIFIED * max(narrowest, abs(p.value) / COVERAGE_95)
+    identified = p.significant or p.stderr <= UNIDENTIFIED * widest
     return Cell(pretty(value), pretty(interval(p, si=True)), p.significant, identified)
 
 
@@ -212,7 +216,7 @@ def ranked_rows(result: LoopResult) -> tuple[RankedRow, ...]:
         RankedRow(
             effects=" + ".join(("bias", *r.effects)),
             bic=pretty(f"{r.bic_difference:.1f}"),
-            loglik=pretty(f"{-r.loglik_difference:+.1f}"),
+            loglik=pretty(f"{-r.loglik_difference:+.1f}") if abs(r.loglik_difference) >= 0.05 else "0",
             best=i == 0,
             chosen=set(r.effects) == claimed,
         )

@@ -84,14 +84,14 @@ def together(*values: float) -> list[str]:
 
 
 def interval(parameter: Parameter, name: str = "", *, si: bool = False) -> str:
-    """Value with its 95 % interval and unit: "0.130 +- 0.004 deg/m"; two digits of the interval set the decimals."""
+    """Value with its 95 % interval and unit: "0.130 +- 0.004 deg/m"; one or two digits of the interval set the decimals."""
     scale = Scale(1.0, parameter.unit) if si else engineers(parameter.unit, name)
     value, half = parameter.value * scale.factor, COVERAGE_95 * parameter.stderr * scale.factor
     if not half > 0.0:  # a value that was not estimated, or whose error is unknown
         return f"{number(value)} {scale.unit}"
     if not isfinite(half):
         return f"{number(value)} +- unbounded {scale.unit}"
-    digits = 2 if f"{half:.1e}"[0] in "12" else 1
+    digits = 2 if f"{half:.1e}"[0] in "123" else 1
     decimals = decimals_for(half, digits)
     if decimals > MANY_DECIMALS and value:
         exponent = floor(log10(max(abs(value), half)))

@@ -60,8 +60,10 @@ def sensor_name(result: LoopResult) -> str:
 
 
 def badge(result: LoopResult) -> str:
-    """The verdict in two or three words."""
-    return BADGES.get(result.verdict, "something is unexplained")
+    """The verdict in a few words."""
+    if result.verdict in BADGES:
+        return BADGES[result.verdict]
+    return "effects found, and something unexplained" if result.findings else "something is unexplained"
 
 
 def correction(finding: Finding) -> str:

@@ -16,15 +16,19 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Drawing
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from gsense_fusion.identification.types import AXES, FloatArray
 
 COLOURS = {"raw": "#9aa5b1", "declared": "#d9730d", "full": "#1261a0", "noise": "#20262d", "temperature": "#b03060"}
 """Told apart by colour-blind readers too; the page's bars use the same."""
 LABELS = {"raw": "bias alone", "declared": "declared model", "full": "with the findings", "noise": "noise floor"}
+Models = tuple[str, ...]
+"""Which of raw, declared and full a figure draws: without findings full is declared, and would only hide it."""
 SIZE_IN = (4.7, 3.4)
 MAX_POINTS = 700
-STYLE = {
+MAX_LOG_TICKS = 5
+STYLE: Any = {
     "svg.fonttype": "none",
     "font.family": ["sans-serif"],
     "font.size": 8.5,
@@ -65,7 +69,9 @@ def panels(rows: int = 1, heights: Sequence[float] | None = None, *, share_x: bo
     """A drawing with its axes one below the other; call inside `mpl.rc_context(STYLE)`."""
     drawing = Drawing(figsize=SIZE_IN, layout="constrained")
     FigureCanvasSVG(drawing)
-    grid = drawing.subplots(rows, 1, sharex=share_x, squeeze=False, gridspec_kw={"height_ratios": heights or [1.0] * rows})
+    grid = drawing.subplots(
+        rows, 1, sharex=share_x, squeeze=False, gridspec_kw={"height_ratios": heights or [1.0] * rows}
+    )
     return drawing, list(grid[:, 0])
 
 
@@ -78,8 +84,22 @@ def legend(drawing: Drawing, axes: Any, columns: int = 4) -> None:
 
 
 def name_axis(axes: Any, axis: int) -> None:
-    """The gyro axis in a panel's corner."""
-    axes.text(0.006, 0.97, AXES[axis], transform=axes.transAxes, va="top", weight="bold", color="#3a444f")
+    """The gyro axis beside its panel."""
+    axes.set_ylabel(AXES[axis], rotation=0, weight="bold", va="center", labelpad=7)
+
+
+def plain_log(axis: Any) -> None:
+    """Plain numbers on a logarithmic axis whose limits stand; between the decades too where it spans few."""
+    low, high = sorted(axis.get_view_interval())
+    decades = range(int(np.floor(np.log10(low))), int(np.ceil(np.log10(high))) + 1)
+    ticks: list[float] = []
+    for steps in ((1, 2, 3, 5, 7), (1, 2, 5), (1, 3), (1,)):
+        ticks = [t for t in (float(f"{m}e{d}") for d in decades for m in steps) if low <= t <= high]
+        if len(ticks) <= MAX_LOG_TICKS:
+            break
+    axis.set_major_locator(FixedLocator(ticks))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def to_svg(drawing: Drawing, title: str, salt: str) -> str:
@@ -91,7 +111,7 @@ def to_svg(drawing: Drawing, title: str, salt: str) -> str:
     text = text[text.index("<svg") :]
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     text = re.sub(r'<g id="[a-zA-Z]+[\w.]*_\d+">', "<g>", text)  # numbered ids would repeat from figure to figure
-    text = re.sub(r'\n\s*', "\n", text)
+    text = re.sub(r"\n\s*", "\n", text)
     text = re.sub(r'(<svg[^>]*?) width="[^"]+pt"', r"\1", text, count=1)
     text = re.sub(r'(<svg[^>]*?) height="[^"]+pt"', r"\1", text, count=1)
     return text.replace("<svg ", f'<svg role="img" aria-label="{title}" ', 1)

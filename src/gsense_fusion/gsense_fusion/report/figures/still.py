@@ -10,13 +10,14 @@ from matplotlib.ticker import MaxNLocator
 
 from gsense_fusion.identification.result import PoseScatter, SlowTrace
 from gsense_fusion.identification.types import FloatArray
-from gsense_fusion.report.figures.canvas import COLOURS, LABELS, legend, name_axis, panels
+from gsense_fusion.report.figures.canvas import COLOURS, LABELS, Models, legend, name_axis, panels, plain_log
 from gsense_fusion.report.units import DEG
 
 LOG_BINS = 260
+SPECTRUM_LABELS = {**LABELS, "noise": "noise model"}
 
 
-def slow(data: SlowTrace, axes: Sequence[int]) -> Drawing:
+def slow(data: SlowTrace, axes: Sequence[int], models: Models) -> Drawing:
     """Block means over the session with both models, and the temperature below."""
     warm = data.temperature is not None
     drawing, rows = panels(len(axes) + warm)
@@ -24,7 +25,7 @@ def slow(data: SlowTrace, axes: Sequence[int]) -> Drawing:
     time = (data.time - data.time.min()) / (60.0 if long else 1.0)
     for ax, axis in zip(rows, axes, strict=False):
         ax.plot(time, data.measured[:, axis] * DEG, "o", ms=2.8, color="#5c6670", label="measured")
-        for model in ("declared", "full"):
+        for model in models:
             ax.plot(time, getattr(data, model)[:, axis] * DEG, color=COLOURS[model], lw=1.2, label=LABELS[model])
         name_axis(ax, axis)
         ax.yaxis.set_major_locator(MaxNLocator(nbins=4))
@@ -38,13 +39,13 @@ def slow(data: SlowTrace, axes: Sequence[int]) -> Drawing:
     return drawing
 
 
-def poses(data: PoseScatter, axes: Sequence[int]) -> Drawing:
+def poses(data: PoseScatter, axes: Sequence[int], models: Models) -> Drawing:
     """Mean rate of still stretches against the specific force in the direction that the axis follows most."""
     drawing, rows = panels(len(axes))
     for ax, axis in zip(rows, axes, strict=True):
         x = data.specific_force @ _direction(data.specific_force, data.raw[:, axis])
         ax.axhline(0, color="#8b95a1", lw=0.6)
-        for model, size in (("raw", 5.5), ("declared", 4.0), ("full", 3.2)):
+        for model, size in zip(models, (5.5, 4.0, 3.2), strict=False):
             ax.plot(x, getattr(data, model)[:, axis] * DEG, "o", ms=size, color=COLOURS[model], label=LABELS[model])
         name_axis(ax, axis)
         ax.yaxis.set_major_locator(MaxNLocator(nbins=4))
@@ -61,16 +62,18 @@ def _direction(force: FloatArray, rate: FloatArray) -> FloatArray:
     return np.asarray(beta / size) if size > 0 and np.isfinite(size) else np.array([1.0, 0.0, 0.0])
 
 
-def spectrum(frequency: FloatArray, densities: Mapping[str, FloatArray]) -> Drawing:
+def spectrum(frequency: FloatArray, densities: Mapping[str, FloatArray], models: Models) -> Drawing:
     """Amplitude spectral density of the residual against the noise model."""
     drawing, (ax,) = panels()
-    for name, colour, width in (("declared", COLOURS["declared"], 1.0), ("full", COLOURS["full"], 1.0), ("noise", COLOURS["noise"], 1.4)):
+    for name in (*models, "noise"):
         if name in densities:
             f, y = _log_binned(frequency, densities[name] * DEG)
-            ax.loglog(f, y, color=colour, lw=width, label="noise model" if name == "noise" else LABELS[name])
+            ax.loglog(f, y, color=COLOURS[name], lw=1.4 if name == "noise" else 1.0, label=SPECTRUM_LABELS[name])
     ax.axvline(5.0, color="#8b95a1", lw=0.8, ls=":")
     ax.set_xlabel("frequency, Hz (dotted: the 5 Hz of the error figures)")
     ax.set_ylabel("residual, deg/s/√Hz, axes summed")
+    plain_log(ax.xaxis)
+    plain_log(ax.yaxis)
     legend(drawing, ax)
     return drawing
 
