@@ -161,8 +161,11 @@ class FusionNode(Node):
         status = self.fusion.status
         self._told = status.start
         bias = np.degrees(status.bias[False])
-        log = self.get_logger().info if status.rest_seen else self.get_logger().warning
-        log(f"{self.sensor}: {status.start} (bias {bias[0]:.3f} {bias[1]:.3f} {bias[2]:.3f} deg/s)")
+        text = f"{self.sensor}: {status.start} (bias {bias[0]:.3f} {bias[1]:.3f} {bias[2]:.3f} deg/s)"
+        if status.rest_seen:  # a call of its own for each severity: rclpy refuses to change one from call to call
+            self.get_logger().info(text)
+        else:
+            self.get_logger().warning(text)
 
     def _on_second(self) -> None:
         name = f"{self.get_fully_qualified_name().lstrip('/')}: {self.sensor}"
