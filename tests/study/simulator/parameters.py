@@ -114,7 +114,7 @@ class SessionParameters:
 def sweep_plan(seed: int, statics: int = 2, held_out: bool = True) -> tuple[PlannedRun, ...]:
     """A plain sweep: nine frequencies to fit, six held out, statics, in random order."""
     rng = np.random.default_rng([seed, 991])
-    runs = [PlannedRun(w) for w in FIT_FREQUENCIES]
+    runs = [PlannedRun(w, 22.0 if w > 1.2 else 26.0) for w in FIT_FREQUENCIES]
     if held_out:
         runs += [PlannedRun(w, role="held_out") for w in HELD_OUT_FREQUENCIES]
     runs += [PlannedRun(0.0, duration_s=60.0) for _ in range(statics)]

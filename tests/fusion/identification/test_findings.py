@@ -1,0 +1,114 @@
+"""What is there is found, what is not there is not, on sessions whose physics the engine does not share."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.engine import Settings
+from gsense_fusion.identification.types import Owner
+
+from tests.study.judge import analyse, deviations
+from tests.study.reference import held_out_rms, true_noise
+from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import DEG, ChainParameters
+
+from .sessions import BASE, BOW, LATE, TEMPERATURE, analysed, finding, made, names
+
+WIDE = 2 * 1.96
+"""Twice the 95 % interval."""
+
+
+def _complete(*disturbances: Disturbance) -> None:
+    """Held out, the full model leaves the noise that was really there, and says so."""
+    result, session = analysed(*disturbances), made(*disturbances)
+    realised = held_out_rms(session, true_noise(session))
+    assert result.rate_rms.full < 1.05 * realised
+    assert result.rate_rms.noise_floor == pytest.approx(realised, rel=0.3)
+    assert result.rate_rms.full <= result.rate_rms.declared <= result.rate_rms.raw
+    assert result.rate_rms.declared > 1.1 * result.rate_rms.full
+    z = deviations(session, result)
+    assert z
+    assert max(map(abs, z.values())) < WIDE, z
+
+
+def test_null_with_warm_up_at_200_hz() -> None:
+    base = replace(BASE, seed=12, chain=ChainParameters(rate_hz=200.0))
+    result = analysed(base=base)
+    assert result.verdict == "nothing_missing", (names(result), result.unexplained)
+    assert result.unexplained is None
+    assert result.rate_rms.full == result.rate_rms.declared < result.rate_rms.raw
+
+
+@pytest.mark.parametrize(
+    ("disturbance", "owner"), [(TEMPERATURE, Owner.SENSOR), (BOW, Owner.RIG), (LATE, Owner.CHAIN)], ids=lambda x: getattr(x, "kind", "")
+)
+def test_single_effect(disturbance: Disturbance, owner: Owner) -> None:
+    result = analysed(disturbance)
+    assert result.verdict == "effects_found", result.unexplained
+    assert names(result) == [disturbance.kind]
+    found = finding(result, disturbance.kind)
+    assert found.owner is owner
+    assert found.p_value < 1e-6
+    assert found.rate_rms_after < found.rate_rms_before
+    _complete(disturbance)
+
+
+def test_axes_are_those_that_the_effect_reaches() -> None:
+    session, result = made(TEMPERATURE), analysed(TEMPERATURE)
+    size = np.abs(session.direction * TEMPERATURE.size)
+    assert "xyz"[int(np.argmax(size))] in finding(result, "temperature_bias").axes
+    for i, parameter in enumerate(("c_x", "c_y", "c_z")):
+        p = finding(result, "temperature_bias").parameters[parameter]
+        if size[i] > 6 * p.stderr:
+            assert "xyz"[i] in finding(result, "temperature_bias").axes
+
+
+def test_pair() -> None:
+    result = analysed(TEMPERATURE, BOW)
+    assert result.verdict == "effects_found", result.unexplained
+    assert names(result) == ["rail_curvature", "temperature_bias"]
+    _complete(TEMPERATURE, BOW)
+
+
+OUTSIDE = [
+    (Disturbance("rectification", 0.15 * DEG / 9.80665**2), 16.0),
+    (Disturbance("motor_pickup", 0.006 * DEG), 8.0),
+    (Disturbance("motion_tone", 0.01 * DEG), 2 * np.pi * 17.3),
+]
+
+
+@pytest.mark.parametrize(("disturbance", "frequency"), OUTSIDE, ids=[d.kind for d, _ in OUTSIDE])
+def test_outside_the_catalogue_is_unexplained(disturbance: Disturbance, frequency: float) -> None:
+    """Frequency: rad/s that must be among those named (second and first order of the fastest drive, the tone)."""
+    result = analysed(disturbance)
+    assert result.verdict == "unexplained", (result.verdict, names(result))
+    assert names(result) == []
+    assert result.unexplained is not None
+    assert any(abs(f - frequency) < 0.02 * frequency for f in result.unexplained.frequencies), result.unexplained
+    assert result.unexplained.rate_rms > 0
+    # named axes are those that the mechanism reaches
+    reach = np.abs(made(disturbance).direction)
+    assert "xyz"[int(np.argmax(reach))] in result.unexplained.axes
+
+
+@pytest.mark.parametrize("removed", [BOW, LATE], ids=lambda d: d.kind)
+def test_an_effect_taken_out_of_the_catalogue_is_unexplained(removed: Disturbance) -> None:
+    catalogue = tuple(e for e in CATALOGUE if e.name != removed.kind)
+    result = analyse(made(removed), Settings("mpu6050", catalogue=catalogue))
+    assert result.verdict == "unexplained", (result.verdict, names(result))
+    assert removed.kind not in names(result)
+
+
+def test_undeclared_g_sensitivity_is_found() -> None:
+    result = analyse(made(), Settings("mpu6050", declared=("bias",)))
+    assert names(result) == ["g_sensitivity"], result.unexplained
+    along = made().sensor_from_carriage[:, 0]
+    measured = np.array(
+        [[finding(result, "g_sensitivity").parameters[f"g_{r}{c}"].value for c in "xyz"] for r in "xyz"]
+    )
+    # one mounting identifies the column along the rail (and gravity's, which hides in the bias, is not identified)
+    assert measured @ along == pytest.approx(made().g_matrix @ along, abs=0.01 * DEG / 9.80665)
+    assert result.rate_rms.declared == result.rate_rms.raw

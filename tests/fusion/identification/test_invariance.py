@@ -1,0 +1,75 @@
+"""What must not change the verdict: axes, origin of time, order of runs, losses; and what is said when something lacks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gsense_fusion.bags.run import Run
+
+from tests.study.judge import analyse
+from tests.study.simulator.parameters import ChainParameters
+
+from .sessions import BASE, BOW, SETTINGS, TEMPERATURE, analysed, changed, finding, in_axes, made, names
+
+FRAMES = {
+    "turned about z": np.diag([-1.0, -1.0, 1.0]),
+    "cyclic": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+    "upside down, x and y swapped": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+}
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_sensor_axes(frame: str) -> None:
+    rotation = FRAMES[frame]
+    result = analyse(changed(made(TEMPERATURE, BOW), lambda run, role: (in_axes(run, rotation), role)), SETTINGS)
+    before = analysed(TEMPERATURE, BOW)
+    assert (result.verdict, names(result)) == (before.verdict, names(before))
+
+    def c(of: object) -> np.ndarray:
+        return np.array([finding(of, "temperature_bias").parameters[f"c_{a}"].value for a in "xyz"])  # type: ignore[arg-type]
+
+    error = finding(before, "temperature_bias").parameters["c_x"].stderr
+    assert c(result) == pytest.approx(rotation @ c(before), abs=0.1 * error)
+    for name, p in finding(before, "rail_curvature").parameters.items():  # the rail's own axes do not turn
+        assert finding(result, "rail_curvature").parameters[name].value == pytest.approx(p.value, abs=0.1 * p.stderr)
+    assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=1e-3)
+
+
+def test_origin_of_time_and_order_of_runs() -> None:
+    session = made(BOW, base=replace(BASE, start_s=86_400.0 * 300))
+    shuffled = replace(session, runs=tuple(session.runs[i] for i in np.random.default_rng(1).permutation(len(session.runs))))
+    result, before = analyse(shuffled, SETTINGS), analysed(BOW)
+    assert (result.verdict, names(result)) == (before.verdict, names(before))
+    for name, p in finding(before, "rail_curvature").parameters.items():
+        assert finding(result, "rail_curvature").parameters[name].value == pytest.approx(p.value, abs=0.05 * p.stderr)
+    assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=1e-3)
+
+
+def test_lost_samples() -> None:
+    lossy = replace(BASE, chain=ChainParameters(rate_hz=100.0, loss=0.01))
+    result = analysed(BOW, base=lossy)
+    assert (result.verdict, names(result)) == ("effects_found", ["rail_curvature"]), result.unexplained
+    session = made(BOW, base=lossy)
+    lost = {run.name: run.link.lost for run, _ in session.runs if run.link}
+    assert sum(lost.values()) > 50
+    for summary in result.runs:
+        assert summary.lost == lost[summary.bag.rsplit("/", 1)[-1]]
+
+
+def test_without_temperature_it_says_so() -> None:
+    result = analysed(TEMPERATURE, base=replace(BASE, temperature_topic=False))
+    assert "temperature_bias" not in names(result)
+    assert any("temperature_bias" in line for line in result.undecided), result.undecided
+    assert result.verdict != "effects_found", names(result)
+
+
+def test_without_held_out_runs_each_is_held_out_in_turn() -> None:
+    def fitted(run: Run, _role: str) -> tuple[Run, str]:
+        return run, "fit"
+
+    result, before = analyse(changed(made(BOW), fitted), SETTINGS), analysed(BOW)
+    assert (result.verdict, names(result)) == ("effects_found", ["rail_curvature"])
+    assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=0.3)
+    assert result.rate_rms.full < 0.9 * result.rate_rms.declared

@@ -1,0 +1,179 @@
+"""The engine's parts against known truths: motion, delay, noise spectrum, grid and sessions, rest."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from gsense_fusion.bags.run import ImuSeries, Run
+from gsense_fusion.identification.campaign import build_campaign
+from gsense_fusion.identification.integrity import clean_runs, grid_index
+from gsense_fusion.identification.motion import CarriageMotion
+from gsense_fusion.identification.noise import fit_noise
+from gsense_fusion.identification.stillness import distinct_poses, expand_still, still_stretches
+from gsense_fusion.identification.types import IdentificationError, Role
+from scipy.spatial.transform import Rotation
+
+from tests.study.simulator import PlannedRun
+from tests.study.simulator.carriage import drive
+from tests.study.simulator.markov import realise
+from tests.study.simulator.parameters import DEG
+
+from .sessions import BASE, made
+
+
+def _imu(time: np.ndarray, rate: np.ndarray, force: np.ndarray, name: str = "run") -> Run:
+    stamps = 10**18 + np.round(time * 1e9).astype(np.int64)
+    imu = ImuSeries(stamps, stamps, rate, force, (True, True, True))
+    return Run(Path(name), name, "mpu6050", "mpu6050/imu/data_raw", imu)
+
+
+@pytest.mark.parametrize("w", [1.3, 4.0, 8.0])
+def test_motion_of_a_known_sine_with_a_third_harmonic(w: float) -> None:
+    rng = np.random.default_rng(3)
+    t = np.arange(0, 24, 0.005) + rng.normal(0, 2e-5, 4800)
+    exact = [0.15, 0.004]
+    s = exact[0] * np.sin(w * t) + exact[1] * np.cos(3 * w * t + 0.4)
+    motion = CarriageMotion(t, np.round(s / 5e-5) * 5e-5)
+    assert motion.angular_frequency == pytest.approx(w, rel=1e-5)
+    assert motion.amplitude == pytest.approx(0.15, rel=1e-3)
+    at = np.linspace(3, 21, 997)
+    kin = motion.at(at)
+    a = -exact[0] * w**2 * np.sin(w * at) - exact[1] * 9 * w**2 * np.cos(3 * w * at + 0.4)
+    v = exact[0] * w * np.cos(w * at) - exact[1] * 3 * w * np.sin(3 * w * at + 0.4)
+    j = -exact[0] * w**3 * np.cos(w * at) + exact[1] * 27 * w**3 * np.sin(3 * w * at + 0.4)
+    for got, true, part in ((kin.velocity, v, 1e-3), (kin.acceleration, a, 2e-3), (kin.jerk, j, 5e-3)):
+        assert np.max(np.abs(got - true)) < part * np.max(np.abs(true))
+
+
+@pytest.mark.parametrize("w", [1.0, 3.0, 8.0])
+def test_motion_of_a_real_carriage(w: float) -> None:
+    """With friction, belt and ramps; quantised to 50 um."""
+    travel = drive(PlannedRun(w, 22.0), 2.5)
+    motion = CarriageMotion(travel.time[::5], np.round(travel.position[::5] / 5e-5) * 5e-5)
+    assert motion.steady is not None
+    assert motion.angular_frequency == pytest.approx(w, rel=1e-4)
+    inside = (travel.time > motion.steady.start + 0.2) & (travel.time < motion.steady.stop - 0.2)
+    assert motion.steady.duration > 14.0
+    kin = motion.at(travel.time[inside])
+    assert np.std(kin.position - travel.position[inside]) < 2e-5
+    assert np.std(kin.velocity - travel.velocity[inside]) < 0.01 * np.std(travel.velocity[inside])
+    # friction's kicks at the reversals reach beyond the encoder's resolution; the drive's share must be right
+    error = np.std(kin.acceleration - travel.acceleration[inside])
+    assert error < max(0.03 * np.std(travel.acceleration[inside]), 0.03)
+    still = motion.still
+    assert len(still) == 2
+    assert still[0].stop == pytest.approx(2.0, abs=0.8)
+
+
+def test_delay_of_the_imu_to_a_tenth_of_a_millisecond() -> None:
+    """A second-order low-pass of 42 Hz and Q = 0.707 is sqrt(2) / w late at low frequencies."""
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in made().runs]))
+    true = np.sqrt(2.0) / (2 * np.pi * BASE.chain.filter_hz)
+    assert campaign.delay.value == pytest.approx(true, abs=1e-4)
+    assert campaign.delay.stderr < 1e-4
+
+
+def test_mounting() -> None:
+    session = made()
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in session.runs]))
+    assert len(campaign.mountings) == 1
+    rotation = campaign.mountings[0].sensor_from_rail
+    assert rotation is not None
+    off = Rotation.from_matrix(rotation.T @ session.sensor_from_carriage).magnitude()
+    assert np.degrees(off) < 3.0  # the accelerometer's bias of 0.2 m/s^2 is 1.2 degrees
+
+
+def test_turned_board_is_a_second_mounting() -> None:
+    plan = (PlannedRun(4.0, 12.0), PlannedRun(6.0, 12.0, turned=True), PlannedRun(5.0, 12.0), PlannedRun(0.0, 10.0))
+    session = made(base=replace(BASE, plan=plan))
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in session.runs]))
+    assert len(campaign.mountings) == 2
+    assert campaign.runs[0].mounting_number == campaign.runs[2].mounting_number != campaign.runs[1].mounting_number
+
+
+def test_noise_spectrum_of_known_processes() -> None:
+    rng = np.random.default_rng(8)
+    rate, white, tau, sigma = 100.0, 0.005 * DEG, 2.0, 0.004 * DEG
+    windows = []
+    for _ in range(4):
+        t = np.arange(0, 60, 1 / rate)
+        windows.append(realise(t, (tau,), (sigma,), rng) + white * np.sqrt(rate / 2) * rng.standard_normal(len(t)))
+    model = fit_noise(windows, rate)
+    f = np.array([0.1, 0.3, 1.0, 3.0, 10.0, 30.0])
+    true = white**2 + 4 * sigma**2 * tau / (1 + (2 * np.pi * f * tau) ** 2)
+    assert model.psd(f) == pytest.approx(true, rel=0.3)
+    assert model.psd(f[3:]) == pytest.approx(true[3:], rel=0.1)
+    assert model.tones_hz == ()
+
+
+def test_a_tone_at_rest_is_noise() -> None:
+    rng = np.random.default_rng(9)
+    t = np.arange(0, 60, 0.01)
+    windows = [1e-4 * rng.standard_normal(len(t)) + 1e-4 * np.sin(2 * np.pi * 12.5 * t) for _ in range(2)]
+    model = fit_noise(windows, 100.0)
+    assert any(abs(x - 12.5) < 0.05 for x in model.tones_hz)
+    assert not model.usable(np.array([12.5]), 1 / 60)[0]
+    assert model.usable(np.array([11.0]), 1 / 60)[0]
+
+
+def test_grid_with_gaps_and_jitter() -> None:
+    rng = np.random.default_rng(4)
+    ticks = np.delete(np.arange(5000), [10, 11, 12, 400, *range(2000, 2100)])
+    stamps = np.round(ticks * 5e6 * (1 + 4e-5) + rng.normal(0, 5e4, len(ticks))).astype(np.int64)
+    index, period = grid_index(stamps)
+    assert np.array_equal(index, ticks)
+    assert period == pytest.approx(5e-3 * (1 + 4e-5), rel=1e-6)
+
+
+def test_sessions_and_losses() -> None:
+    t = np.arange(0, 10, 0.01)
+    rng = np.random.default_rng(5)
+    rate, force = 1e-4 * rng.standard_normal((1000, 3)), rng.normal([0, 0, 9.8], 0.01, (1000, 3))
+    keep = np.ones(1000, dtype=bool)
+    keep[[100, 101, 500]] = False
+    starts = (0.0, 65.0, 135.5, 160.0)  # gaps of 55, 60.5 and 14.5 s
+    runs = [(_imu(t[keep] + s, rate[keep], force[keep], f"r{s:g}"), Role.FIT) for s in starts]
+    clean = clean_runs(list(reversed(runs)))
+    assert [c.session for c in clean] == [0, 0, 1, 1]
+    assert [c.lost for c in clean] == [3] * 4
+    assert np.array_equal(np.flatnonzero(~clean[0].valid), [100, 101, 500])
+
+
+def test_too_short_a_run_is_refused_by_name() -> None:
+    t = np.arange(0, 1, 0.01)
+    with pytest.raises(IdentificationError, match="stub.*samples"):
+        clean_runs([(_imu(t, np.zeros((100, 3)), np.ones((100, 3)), "stub"), Role.FIT)])
+
+
+def _poses(tremor: float, count: int = 8) -> Run:
+    """Poses of four seconds with a second of turning between; `tremor` in rad/s."""
+    rng = np.random.default_rng(6)
+    rate, force = [], []
+    for turn in Rotation.random(count, random_state=2):
+        up = turn.inv().apply([0, 0, 9.81])
+        rate.append(2e-3 * rng.standard_normal((400, 3)) + tremor * np.cumsum(rng.standard_normal((400, 3)), axis=0) / 5)
+        force.append(up + 0.02 * rng.standard_normal((400, 3)))
+        rate.append(1.5 * rng.standard_normal((100, 3)))
+        force.append(up + 3.0 * rng.standard_normal((100, 3)))
+    total = np.concatenate(rate)
+    return _imu(np.arange(len(total)) * 0.01, total, np.concatenate(force), "poses")
+
+
+def test_still_stretches_are_the_poses() -> None:
+    clean = clean_runs([(_poses(0.0), Role.FIT)])[0]
+    stretches = still_stretches(clean)
+    assert len(stretches) == 8
+    assert all(2.5 < len(s) / s.rate_hz < 4.0 for s in stretches)
+    assert distinct_poses(stretches) == 8
+    for stretch in stretches:  # nothing of the turning is in them
+        assert np.max(np.abs(stretch.angular_rate)) < 0.02
+
+
+def test_hand_held_poses_and_too_few_are_refused() -> None:
+    with pytest.raises(IdentificationError, match="still"):
+        expand_still(clean_runs([(_poses(0.4), Role.FIT)]))
+    with pytest.raises(IdentificationError, match="4 distinct still poses"):
+        expand_still(clean_runs([(_poses(0.0, 4), Role.FIT)]))
