@@ -1,8 +1,9 @@
-"""Gyro scale, cross-axis sensitivity and an imperfect mounting: why a true rotation is not seen exactly alike in every mounting.
+"""Gyro scale, cross-axis sensitivity and imperfect mounting: why a true rotation is not seen alike in every mounting.
 
-They cannot be fitted on a carriage that hardly turns, but where the rig does turn (a bowed rail) they change what the gyro
-shows of it by some per cent, differently in each mounting. The parameters of the rig's rotations may therefore differ from
-mounting to mounting by a Gaussian tolerance, which is integrated out; it widens their intervals by what nobody can know.
+They cannot be fitted on a carriage that hardly turns, but where the rig does turn (a bowed rail) they change what the
+gyro shows of it by some per cent, differently in each mounting. The parameters of the rig's rotations may therefore
+differ from mounting to mounting by a Gaussian tolerance, which is integrated out; it widens their intervals by what
+nobody can know.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from gsense_fusion.identification.types import FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
 TOLERANCE = 0.04
-"""Of one: gyro scale 3 %, cross-axis 2 %, accelerometer cross-axis 2 % (InvenSense PS-MPU-6000A-00 rev 3.4), root-summed."""
+"""Gyro scale 3 %, cross-axis 2 %, accelerometer cross-axis 2 %, root-summed (InvenSense PS-MPU-6000A-00 rev 3.4)."""
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def differences(
     grams: Mapping[int, Gram], marginals: Mapping[int, Marginal], tolerance: Tolerance, beta: FloatArray
 ) -> dict[int, FloatArray]:
     """Posterior mean of each mounting's difference from the common coefficients, shape (P,)."""
-    out = {}
+    out: dict[int, FloatArray] = {}
     r = tolerance.columns
     for mounting, gram in grams.items():
         delta = np.zeros(len(beta))

@@ -58,7 +58,9 @@ def judge(selection: Selection, best: Fit) -> Claims:
     symptoms = find_symptoms(likelihood, tested, residuals(likelihood, tested, likelihood.campaign.fit))
     demoted: list[str] = []
     if any(s.kind == "orders" for s in symptoms):
-        demoted = [n for n in names if selection.effects[n].dynamic and _removed_part(selection, tested, n) < LOCKED_PART]
+        demoted = [
+            n for n in names if selection.effects[n].dynamic and _removed_part(selection, tested, n) < LOCKED_PART
+        ]
         names = [n for n in names if n not in demoted]
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
@@ -118,7 +120,7 @@ def _solve_without(
 
 def _left_out(likelihood: Likelihood, fit: Fit) -> float:
     """Log-likelihood of every run's motion under coefficients from the other runs."""
-    grams = likelihood.fast.grams(fit.templates)
+    grams = likelihood.fast.grams(fit.templates.fast)
     slow = likelihood.slow_gram(fit.templates, fit.drift)
     total = slow
     for gram in grams:

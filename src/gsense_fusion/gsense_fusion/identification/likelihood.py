@@ -87,7 +87,7 @@ class Likelihood:
         self.cuts = cut_blocks(campaign.fit)
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
-        self._start = initial_drift(noise)
+        self.rest_drift = initial_drift(noise)
         self._rotations = self.columns.vectors(tuple(e for e in effects if e.owner is Owner.RIG))
         self._designs: dict[Templates, FloatArray] = {}
         moves = any(w.moving for r in campaign.fit for w in r.windows)
@@ -95,6 +95,7 @@ class Likelihood:
 
     def block_columns(self, templates: Templates) -> FloatArray:
         """Design of the blocks, shape (b, 3, P)."""
+        templates = templates.slow
         if templates not in self._designs:
             if len(self._designs) > 64:
                 self._designs.clear()
@@ -113,7 +114,7 @@ class Likelihood:
     def mounting_grams(self, templates: Templates) -> dict[int, Gram]:
         """Normal equations of the moving windows by mounting."""
         out: dict[int, Gram] = {}
-        for data, gram in zip(self.campaign.fit, self.fast.grams(templates), strict=True):
+        for data, gram in zip(self.campaign.fit, self.fast.grams(templates.fast), strict=True):
             key = -1 if data.mounting_number is None else data.mounting_number
             if gram.rows:
                 out[key] = out[key] + gram if key in out else gram
@@ -130,9 +131,8 @@ class Likelihood:
         """
         grams = self.mounting_grams(templates)
         index = self.columns.index(names)
-        beta, drift = np.zeros(self.columns.total), self._start
-        if start is not None:
-            beta, drift = start.beta, dict(start.drift)
+        beta: FloatArray = np.zeros(self.columns.total) if start is None else start.beta
+        drift = self.rest_drift if start is None else dict(start.drift)
         X = self.block_columns(templates)
         for last in [True] if start is not None else [False] * DRIFT_ROUNDS + [True]:
             tolerance = Tolerance.of(beta, self._rotations)
@@ -142,7 +142,7 @@ class Likelihood:
             beta = np.zeros(self.columns.total)
             beta[index] = part
             if not last:
-                drift = self._estimate_drift(X @ beta, drift)
+                drift = self._estimate_drift(X @ beta)
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
         loglik = self._fast_loglik(fast, beta) - 0.5 * sum(m.logdet for m in marginals.values())
@@ -150,9 +150,9 @@ class Likelihood:
         delta = differences(grams, marginals, tolerance, beta)
         return Fit(names, templates, loglik, beta, full, rank, drift, delta)
 
-    def _estimate_drift(self, predicted: FloatArray, current: Mapping[int, Drift]) -> dict[int, Drift]:
+    def _estimate_drift(self, predicted: FloatArray) -> dict[int, Drift]:
         residual = self.blocks.rate - predicted
-        return {axis: slow.estimate(residual[:, axis], current[axis]) for axis, slow in self.slow.items()}
+        return {axis: slow.estimate(residual[:, axis]) for axis, slow in self.slow.items()}
 
     @staticmethod
     def _fast_loglik(gram: Gram, beta: FloatArray) -> float:

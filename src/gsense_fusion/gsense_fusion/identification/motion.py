@@ -213,9 +213,9 @@ def fit_harmonics(time: FloatArray, position: FloatArray, guess: float) -> Harmo
     w = guess
     for _ in range(8):
         X = _columns(t, w, np.arange(1.0, 4.0))
-        beta = np.linalg.lstsq(X, position, rcond=None)[0]
+        beta = _solve(X, position)
         slope = X[:, 4:7] @ (beta[1:4] * np.arange(1, 4)) * -1.0 + X[:, 1:4] @ (beta[4:7] * np.arange(1, 4))
-        both = np.linalg.lstsq(np.column_stack([X, t * slope]), position, rcond=None)[0]
+        both = _solve(np.column_stack([X, t * slope]), position)
         w += float(both[-1])
         if abs(both[-1]) < 1e-9 * w:
             break
@@ -228,7 +228,7 @@ def fit_harmonics(time: FloatArray, position: FloatArray, guess: float) -> Harmo
 def _keep_significant(t: FloatArray, position: FloatArray, w: float, orders: FloatArray, origin: float) -> Harmonics:
     for _ in range(2):
         X = _columns(t, w, orders)
-        beta = np.linalg.lstsq(X, position, rcond=None)[0]
+        beta = _solve(X, position)
         rms = float(np.std(position - X @ beta))
         k = len(orders)
         size = np.hypot(beta[1 : 1 + k], beta[1 + k :])
@@ -238,10 +238,17 @@ def _keep_significant(t: FloatArray, position: FloatArray, w: float, orders: Flo
             break
         orders = orders[keep]
     X = _columns(t, w, orders)
-    beta = np.linalg.lstsq(X, position, rcond=None)[0]
+    beta = _solve(X, position)
     k = len(orders)
     rms = float(np.std(position - X @ beta))
     return Harmonics(w, origin, float(beta[0]), orders, beta[1 : 1 + k], beta[1 + k :], rms)
+
+
+def _solve(X: FloatArray, y: FloatArray) -> FloatArray:
+    """Least squares by the normal equations: harmonics over whole periods are nearly orthogonal, and this is fast."""
+    scale = np.sqrt(np.sum(X**2, axis=0))
+    unit = X / scale
+    return np.asarray(np.linalg.solve(unit.T @ unit, unit.T @ y) / scale)
 
 
 def _columns(t: FloatArray, w: float, orders: FloatArray) -> FloatArray:

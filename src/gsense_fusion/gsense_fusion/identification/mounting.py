@@ -86,7 +86,7 @@ def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
             return RunGeometry(mean, None, None)
         # f(t - d) = f(t) - d f'(t): the coefficient on the jerk along the rail is -d
         delay -= float(beta[2] @ slope) / size
-        noise = float(np.mean(np.std(force[inside] - X @ beta, axis=0)))
+        noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
         stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2)))
     return RunGeometry(mean, slope, Delay(delay, stderr))
 
@@ -108,7 +108,7 @@ def run_delays(geometry: Sequence[RunGeometry], common: Delay) -> list[float]:
     """
     known = [g.delay for g in geometry if g.delay is not None]
     excess = [(d.value - common.value) ** 2 - d.stderr**2 for d in known if d.stderr < OWN_DELAY_STDERR_S]
-    spread = min(MAX_DELAY_SPREAD_S, float(np.sqrt(max(np.mean(excess), 0.0)))) if excess else 0.0
+    spread = min(MAX_DELAY_SPREAD_S, float(np.sqrt(max(float(np.mean(excess)), 0.0)))) if excess else 0.0
     out = []
     for g in geometry:
         own = g.delay

@@ -59,12 +59,13 @@ class Periodogram:
 
 
 def periodogram(series: FloatArray, rate_hz: float) -> Periodogram:
-    """One-sided periodogram of a window, mean and straight line removed, without the zero frequency."""
+    """One-sided periodogram of a window, mean and straight line removed, without zero and Nyquist frequency."""
     n = len(series)
     t = np.linspace(-1, 1, n)
     residual = series - series.mean() - t * float(t @ series) / float(t @ t)
-    spectrum = np.fft.rfft(residual)
-    return Periodogram(np.fft.rfftfreq(n, 1 / rate_hz)[1:], 2 * np.abs(spectrum[1:]) ** 2 / (rate_hz * n))
+    inner = slice(1, (n + 1) // 2)
+    spectrum = np.fft.rfft(residual)[inner]
+    return Periodogram(np.fft.rfftfreq(n, 1 / rate_hz)[inner], 2 * np.abs(spectrum) ** 2 / (rate_hz * n))
 
 
 def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[BoolArray] | None = None) -> NoiseModel:

@@ -92,7 +92,7 @@ def line_energy(residual: WindowResidual, frequency_hz: float) -> tuple[FloatArr
         X = rows[:, axis, :]
         if not X.any():
             continue
-        beta, *_ = np.linalg.lstsq(X, data[:, axis], rcond=None)
+        beta = np.linalg.solve(X.T @ X, X.T @ data[:, axis])
         level = max(1.0, float(np.mean(residual.power[near, axis]))) if near.sum() >= 20 else 1.0
         energy[axis] = float(np.sum((X @ beta) ** 2)) / level
         amplitude[axis] = float(beta @ beta)

@@ -28,7 +28,7 @@ def noise_at_rest(campaign: Campaign) -> tuple[dict[int, NoiseModel], tuple[str,
     models: dict[int, NoiseModel] = {}
     for axis in campaign.axes:
         windows = [r.run.angular_rate[w.start : w.stop, axis] for r, w in still]
-        masks: list[BoolArray] = [np.ones(len(np.fft.rfftfreq(len(x))) - 1, dtype=bool) for x in windows]
+        masks: list[BoolArray] = [np.ones((len(x) + 1) // 2 - 1, dtype=bool) for x in windows]
         for data, window in moving:
             series, mask = _between_orders(data, window, axis)
             windows.append(series)
@@ -44,7 +44,7 @@ def _between_orders(data: RunData, window: Window, axis: int) -> tuple[FloatArra
     """The rate without the drive's harmonics, and which ordinates lie clear of them."""
     series = data.run.angular_rate[window.start : window.stop, axis]
     n, rate = len(series), data.run.rate_hz
-    frequency = np.fft.rfftfreq(n, 1 / rate)[1:]
+    frequency = np.fft.rfftfreq(n, 1 / rate)[1 : (n + 1) // 2]
     w = None if data.motion is None else data.motion.angular_frequency
     if w is None:
         return series, np.asarray(frequency > 5.0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -20,6 +21,10 @@ from gsense_fusion.identification.whitened import Gram
 
 OU_RATIO = 3.0
 FASTEST_OU_S = 3.0
+GRID = tuple(10.0**x for x in np.arange(-5.0, 1.01, 1.0))
+"""Flicker strengths in Hz times the white density that are tried first."""
+WALK_SCALE = 1e-2
+"""Walk strengths are tried at this times the flicker strengths, 1/s."""
 EARTH_VARIANCE = 7.292115e-5**2 / 3.0
 """(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board of unknown heading; it turns with the mounting."""
 
@@ -50,6 +55,13 @@ class Drift:
 
     flicker: float
     walk: float
+
+
+@dataclass(frozen=True, eq=False)
+class _GridPoint:
+    strengths: Drift
+    projector: FloatArray
+    logdet: float
 
 
 class SlowNoise:
@@ -99,19 +111,56 @@ class SlowNoise:
         logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
         return -0.5 * (quad + logdet)
 
-    def estimate(self, residual: FloatArray, start: Drift) -> Drift:
-        """Drift strengths of maximum marginal likelihood."""
-        scale = self.white_psd
-        low = np.log([scale * 1e-6, scale * 1e-9])
-        high = np.log([scale * 1e3 + 1e-30, scale * 1e3 + 1e-30])
+    def estimate(self, residual: FloatArray) -> Drift:
+        """Drift strengths of maximum marginal likelihood: best point of a grid, then refined."""
+        values = [self._grid_loglik(point, residual) for point in self._grid]
+        best = self._grid[int(np.argmax(values))].strengths
+        scale = self.white_psd * np.array([1.0, WALK_SCALE])
+        low, high = np.log(scale * GRID[0] / 10.0), np.log(scale * GRID[-1] * 10.0)
 
-        def cost(p: FloatArray) -> float:
-            return -self.loglik(residual, Drift(float(np.exp(p[0])), float(np.exp(p[1]))))
+        def cost(p: FloatArray) -> tuple[float, FloatArray]:
+            return self._negative(residual, np.exp(p))
 
-        first = np.clip(np.log([max(start.flicker, 1e-30), max(start.walk, 1e-30)]), low, high)
+        start = np.log(np.array([best.flicker, best.walk]))
         bounds = list(zip(low, high, strict=True))
-        best = minimize(cost, first, method="L-BFGS-B", bounds=bounds, options={"maxiter": 40, "eps": 1e-3})
-        return Drift(float(np.exp(best.x[0])), float(np.exp(best.x[1])))
+        found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 12})
+        return Drift(float(np.exp(found.x[0])), float(np.exp(found.x[1])))
+
+    @cached_property
+    def _grid(self) -> list[_GridPoint]:
+        """Projectors of all combinations of strengths; they depend on the blocks alone, so every model reuses them."""
+        out = []
+        for flicker in GRID:
+            for walk in GRID:
+                drift = Drift(self.white_psd * flicker, self.white_psd * walk * WALK_SCALE)
+                projector, logdet = self._projector(drift)
+                out.append(_GridPoint(drift, projector, logdet))
+        return out
+
+    @staticmethod
+    def _grid_loglik(point: _GridPoint, residual: FloatArray) -> float:
+        return -0.5 * (float(residual @ point.projector @ residual) + point.logdet)
+
+    def _projector(self, drift: Drift) -> tuple[FloatArray, float]:
+        """P = K^-1 - K^-1 H (H' K^-1 H)^-1 H' K^-1 and ln|K| + ln|H' K^-1 H|."""
+        factor = self.factor(drift)
+        inverse = cho_solve(factor, np.eye(len(self.white)))
+        ih = inverse @ self.sessions
+        hh = self.sessions.T @ ih
+        logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
+        return inverse - ih @ np.linalg.solve(hh, ih.T), logdet
+
+    def _negative(self, residual: FloatArray, strengths: FloatArray) -> tuple[float, FloatArray]:
+        """Minus the marginal log-likelihood and its gradient by the logarithms of the strengths."""
+        projector, logdet = self._projector(Drift(float(strengths[0]), float(strengths[1])))
+        pr = projector @ residual
+        gradient = np.array(
+            [
+                0.5 * s * (float(np.sum(projector * kernel)) - float(pr @ kernel @ pr))
+                for s, kernel in zip(strengths, (self.flicker, self.walk), strict=True)
+            ]
+        )
+        return 0.5 * (float(residual @ pr) + logdet), gradient
 
     def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:
         """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""

@@ -10,16 +10,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
 from scipy.stats import chi2, norm
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
+from gsense_fusion.identification.slow import Drift, SlowNoise
 from gsense_fusion.identification.types import AXES, FloatArray
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 5
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
+MIN_STEP_BLOCKS = 8
 MODEL_ERROR = 0.02
 """The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
 
@@ -203,24 +204,38 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
 
 
 def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
-    """One block that jumps away from what the blocks before it predict."""
-    residual = likelihood.blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
-    worst, size, where = 0.0, 0.0, (0, 0)
-    looks = 0
+    """A step of the bias: does one make the session likelier although drift is free to take it up instead?"""
+    blocks = likelihood.blocks
+    residual = blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
+    times = [i for i in range(1, len(blocks)) if blocks.session[i] == blocks.session[i - 1]]
+    if len(times) < MIN_STEP_BLOCKS:
+        return []
+    quiet = likelihood.rest_drift
+    steps = {i: ((blocks.session == blocks.session[i]) & (np.arange(len(blocks)) >= i)).astype(float) for i in times}
+    gains = {
+        i: sum(_step_gain(s, x, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
+        for i, x in steps.items()
+    }
+    best = max(gains, key=lambda i: gains[i])
+    ratio = 0.0
+    size = np.zeros(3)
     for axis, slow in likelihood.slow.items():
-        factor = slow.factor(fit.drift[axis])
-        H = slow.sessions
-        bias = np.linalg.solve(H.T @ cho_solve(factor, H), H.T @ cho_solve(factor, residual[:, axis]))
-        centred = residual[:, axis] - H @ bias
-        z = solve_triangular(factor[0], centred, lower=True)
-        looks += len(z)
-        i = int(np.argmax(np.abs(z)))
-        if abs(z[i]) > worst:
-            worst, where = float(abs(z[i])), (i, axis)
-            size = float(abs(z[i]) * factor[0][i, i])
-    p = float(min(1.0, 2 * norm.sf(worst) * max(1, looks)))
+        size[axis] = _step_gain(slow, steps[best], residual[:, axis], quiet[axis])[1]
+        without = residual[:, axis] - size[axis] * steps[best]
+        drift = slow.estimate(without)
+        ratio += 2 * (slow.loglik(without, drift) - slow.loglik(residual[:, axis], fit.drift[axis]))
+    p = float(min(1.0, len(times) * chi2.sf(max(ratio, 0.0), len(likelihood.slow))))
     if p > alpha:
         return []
-    time = likelihood.blocks.time[where[0]]
-    text = f"the bias steps at {time:.0f} s on {AXES[where[1]]} by more than drift does"
-    return [Symptom("step", (AXES[where[1]],), p, size, (), text)]
+    axis = int(np.argmax(np.abs(size)))
+    text = f"the bias steps at {blocks.time[best] - blocks.duration[best] / 2:.0f} s, most on {AXES[axis]}"
+    axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
+    return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
+
+
+def _step_gain(slow: SlowNoise, step: FloatArray, residual: FloatArray, drift: Drift) -> tuple[float, float]:
+    """What a step gains in twice the log-likelihood, and its size in rad/s."""
+    gram = slow.gram(step[:, None], residual, drift)
+    if gram.xx[0, 0] <= 0:
+        return 0.0, 0.0
+    return float(gram.xy[0] ** 2 / gram.xx[0, 0]), float(gram.xy[0] / gram.xx[0, 0])

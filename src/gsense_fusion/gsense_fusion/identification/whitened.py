@@ -66,11 +66,12 @@ class Columns:
 
     def vectors(self, effects: tuple[Effect, ...]) -> tuple[IntArray, ...]:
         """Columns of each vector parameter (same effect, same unit) of some effects."""
-        out = []
+        out: list[IntArray] = []
         for effect in effects:
             units = [p.unit for p in effect.parameters]
             for unit in dict.fromkeys(units):
-                out.append(np.array([self.start[effect.name] + i for i, u in enumerate(units) if u == unit], dtype=np.int64))
+                own = [self.start[effect.name] + i for i, u in enumerate(units) if u == unit]
+                out.append(np.array(own, dtype=np.int64))
         return tuple(out)
 
     def index(self, names: frozenset[str]) -> IntArray:

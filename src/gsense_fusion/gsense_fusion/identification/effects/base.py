@@ -66,6 +66,16 @@ class Templates:
     gyro_delay_s: float = 0.0
     temperature_lag_s: float = 0.0
 
+    @property
+    def fast(self) -> Templates:
+        """Only what matters within a drive period."""
+        return Templates(gyro_delay_s=self.gyro_delay_s)
+
+    @property
+    def slow(self) -> Templates:
+        """Only what matters for means over whole drive periods."""
+        return Templates(temperature_lag_s=self.temperature_lag_s)
+
 
 class Effect(ABC):
     """One entry of the catalogue, linear in `parameters`; what is not linear stands in `templates`."""
