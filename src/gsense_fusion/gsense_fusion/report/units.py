@@ -84,7 +84,7 @@ def together(*values: float) -> list[str]:
 
 
 def interval(parameter: Parameter, name: str = "", *, si: bool = False) -> str:
-    """Value with its 95 % interval and unit: "0.130 +- 0.004 deg/m"; one or two digits of the interval set the decimals."""
+    """Value with its 95 % interval and unit, e.g. "0.130 +- 0.004 deg/m"; the interval's digits set the decimals."""
     scale = Scale(1.0, parameter.unit) if si else engineers(parameter.unit, name)
     value, half = parameter.value * scale.factor, COVERAGE_95 * parameter.stderr * scale.factor
     if not half > 0.0:  # a value that was not estimated, or whose error is unknown

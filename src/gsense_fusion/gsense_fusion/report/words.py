@@ -20,14 +20,14 @@ OWNER_NAMES = {
 CORRECTIONS = {
     Owner.SENSOR: "compensate the sensor: compensation.yaml holds what the fusion node subtracts from the gyro",
     Owner.MOUNT: "fix the mount: the board moves against the carriage",
-    Owner.RIG: "correct the rig's reference attitude, not the gyro: the carriage truly turns, and the gyro is right to show it",
+    Owner.RIG: "correct the rig's reference attitude, not the gyro: the carriage truly turns, and the gyro is right",
     Owner.CHAIN: "fix supply, wiring or radio between sensor and host, not the sensor",
     Owner.REFERENCE: "correct the encoder's scale, not the gyro",
 }
 TIMING = "fix the timing: gyro and accelerometer are not read at the same instant (the fusion node can shift the gyro)"
 SEPARATING_RUNS = {
-    "board_turned_180": "the same runs with the board turned by 180 degrees about the vertical: what belongs to the rig "
-    "turns with the rig, what belongs to the sensor stays with the sensor",
+    "board_turned_180": "the same runs with the board turned by 180 degrees about the vertical: seen in the sensor's "
+    "axes, what belongs to the rig turns, and what belongs to the sensor stays",
     "board_turned_90": "the same runs with the board turned by 90 degrees about the vertical",
     "supply_toggled": "a run at rest with the supply voltage toggled",
     "temperature_soak": "a long run at rest while the board warms up and cools down by 10 K",
@@ -79,9 +79,13 @@ def separating_run(name: str) -> str:
 
 
 def lead_parameter(finding: Finding) -> tuple[str, Parameter] | None:
-    """The parameter that is farthest from zero by its standard error; None where no error is known."""
+    """The parameter to quote: the largest significant one of the unit that is surest; None where no error is known."""
     known = [(n, p) for n, p in finding.parameters.items() if p.stderr > 0.0]
-    return max(known, key=lambda item: abs(item[1].value) / item[1].stderr, default=None)
+    if not known:
+        return None
+    surest = max(known, key=lambda item: abs(item[1].value) / item[1].stderr)
+    alike = [item for item in known if item[1].unit == surest[1].unit and item[1].significant]
+    return max(alike, key=lambda item: abs(item[1].value), default=surest)
 
 
 def has_motion(result: LoopResult) -> bool:
@@ -117,7 +121,8 @@ def _finding(finding: Finding) -> str:
 
 def _unexplained(unexplained: Unexplained) -> str:
     where = f" on {', '.join(unexplained.axes)}" if unexplained.axes else ""
-    text = f"something is there that no effect of the catalogue explains ({number(unexplained.rate_rms * DEG, 2)} deg/s{where}"
+    size = f"{number(unexplained.rate_rms * DEG, 2)} deg/s"
+    text = f"something is there that no effect of the catalogue explains ({size}{where}"
     if unexplained.frequencies:
         text += f", strongest at {hertz(unexplained.frequencies[0])}"
     return text + (f"; nearest is {unexplained.nearest_effects[0]})" if unexplained.nearest_effects else ")")

@@ -71,20 +71,20 @@ def _locked(result: LoopResult, models: Models) -> Iterator[_Entry]:
     if plots.orders is not None and len(plots.orders.order):
         spectrum = plots.orders
         axes = tuple(i for i in ALL_AXES if np.any(spectrum.noise[:, i] > 0)) or ALL_AXES
-        text = (
-            "What follows the carriage stands at whole orders of its drive: orange above the grey noise is not modelled"
-        )
+        text = "What follows the carriage stands at whole orders: orange above the grey noise is not modelled"
         text += "; blue should drop into it." if "full" in models else "."
         yield _Entry("orders", "Residual in orders of the drive", text, lambda: drive.orders(spectrum, axes, models))
     if plots.ellipse is not None and len(plots.ellipse.acceleration):
         loop = plots.ellipse
-        text = f"{loop.bag}, {loop.angular_frequency:.3g} rad/s: g-sensitivity is a straight line, a bend is a power of the "
-        text += "acceleration, an open loop is a shift in phase, which no polynomial can follow."
+        text = f"{loop.bag}, {loop.angular_frequency:.3g} rad/s: g-sensitivity is a straight line, a bend is a power "
+        text += "of the acceleration, an open loop is a shift in phase, which no polynomial can follow."
         yield _Entry("ellipse", "Gyro against acceleration over one period", text, lambda: drive.ellipse(loop, models))
     if plots.position is not None and len(plots.position.position):
         where = plots.position
-        text = f"{where.bag}: forward and backward mirrored follows velocity (a bent rail, pick-up), both alike follows position "
-        text += f"or acceleration; {_best(models)} should be flat."
+        text = (
+            f"{where.bag}: forward and backward mirrored follows velocity (a bent rail, pick-up), both alike follows "
+        )
+        text += f"position or acceleration; {_best(models)} should be flat."
         title = "Residual over position and direction"
         yield _Entry("position", title, text, lambda: drive.position(where, ALL_AXES, models))
 
@@ -94,13 +94,11 @@ def _slow(result: LoopResult, models: Models) -> Iterator[_Entry]:
     plots = result.plots
     if plots.slow is not None and len(plots.slow.time):
         trace = plots.slow
-        text = "Dots are means over blocks, lines the models: what leaves the lines is drift, or a cause that is not modelled."
+        text = "Dots are means over blocks, lines the models: what leaves the lines is drift, or a cause not modelled."
         yield _Entry("slow", "The bias over the session", text, lambda: still.slow(trace, ALL_AXES, models))
     if plots.spectrum_hz is not None and len(plots.spectrum_hz) and plots.spectrum:
         frequency, known = plots.spectrum_hz, tuple(m for m in models if m in plots.spectrum)
-        text = (
-            f"The fastest held-out run: {_best(models)} should lie on black; a peak above it is something not modelled."
-        )
+        text = f"The fastest held-out run: {_best(models)} should lie on black; a peak above it is not modelled."
         title = "Residual spectrum against the noise model"
         yield _Entry("spectrum", title, text, lambda: still.spectrum(frequency, plots.spectrum, known))
 
@@ -108,8 +106,8 @@ def _slow(result: LoopResult, models: Models) -> Iterator[_Entry]:
 def _attitude(result: LoopResult, models: Models) -> Iterator[_Entry]:
     trace = result.plots.attitude
     if trace is not None and len(trace.time):
-        text = f"Angle between true and estimated vertical in {trace.run}; lower is better. Where curves lie on each other, the "
-        text += "models differ in the rate but not in the attitude."
+        text = f"Angle between true and estimated vertical in {trace.run}; lower is better. Where curves lie on each "
+        text += "other, the models differ in the rate but not in the attitude."
         known = tuple(m for m in models if m in trace.gyro_only and m in trace.madgwick)
         yield _Entry("attitude", "Attitude error over a run", text, lambda: vertical.attitude(trace, known))
 

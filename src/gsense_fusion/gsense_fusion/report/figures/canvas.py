@@ -10,13 +10,14 @@ import io
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Drawing
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from gsense_fusion.identification.types import AXES, FloatArray
 
@@ -99,7 +100,7 @@ def plain_log(axis: Any) -> None:
             break
     axis.set_major_locator(FixedLocator(ticks))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axis.set_minor_formatter(NullFormatter())
+    axis.set_minor_locator(NullLocator())
 
 
 def to_svg(drawing: Drawing, title: str, salt: str) -> str:
@@ -123,10 +124,10 @@ def envelope(x: FloatArray, y: FloatArray, points: int = MAX_POINTS) -> tuple[Fl
         return x, y
     edges = np.linspace(0, len(x), points // 2 + 1).astype(int)
     keep: list[int] = []
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges.tolist()):
         part = y[start:stop]
         if np.isnan(part).all():
-            keep.append(int(start))
+            keep.append(start)
         else:
             keep.extend(sorted({int(start + np.nanargmin(part)), int(start + np.nanargmax(part))}))
     return x[keep], y[keep]
