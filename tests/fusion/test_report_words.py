@@ -19,7 +19,8 @@ ENDING = "the rate error below 5 Hz"
 def test_effects_found() -> None:
     assert one_sentence(made.effects_found()) == (
         "mpu6050: the declared model lacks rail_curvature (rig; t_y = 0.130 +- 0.004 deg/m, p < 1e-12) or "
-        f"speed_pickup: on runs it had not seen, {ENDING} falls from 0.0372 to 0.0205 deg/s, the noise floor being 0.0200."
+        f"speed_pickup: on runs it had not seen, {ENDING} "
+        "falls from 0.0372 to 0.0205 deg/s, the noise floor being 0.0200."
     )
 
 

@@ -140,7 +140,14 @@ def _percent(value: float, largest: float) -> float:
 
 def pretty(text: str) -> str:
     """The ASCII of units and intervals as a page writes it."""
-    signs = (("+-", "±"), ("^2", "²"), ("^3", "³"), ("sqrt(Hz)", "√Hz"), ("sqrt(s)", "√s"), ("p < 1e-12", "p < 10⁻¹²"))
+    signs = (
+        ("+-", "±"),
+        ("^2", "²"),
+        ("^3", "³"),
+        ("sqrt(Hz)", "√Hz"),
+        ("sqrt(s)", "√s"),
+        ("p < 1e-12", "p\u00a0<\u00a010⁻¹²"),
+    )
     for plain, sign in signs:
         text = text.replace(plain, sign)
     return re.sub(r"(?<![\w.])-(?=\d)", "\N{MINUS SIGN}", text)
