@@ -104,3 +104,22 @@ def test_a_host_that_stalls_and_catches_up_sees_no_restart():
     events = [(max(t, 15.0) if 10.0 < t < 15.0 else t, data) for t, data in frames]
     counts = run(pipeline, events)
     assert (counts.restarts, counts.lost, pipeline.clock.steps) == (0, 0, 0)
+
+
+@pytest.mark.parametrize("start_us", [0, 700_000, 2**32 - 500_000])
+def test_reads_that_cross_are_neither_restarts_nor_reordered(start_us):
+    """At 500 + 100 Hz a BNO read begins before an MPU's and is sent after it: the sequence rises, the time falls."""
+    frames = []
+    for i in range(3000):
+        t = i * 2000
+        frames.append((t, 1, wire.mpu_body()))
+        if i % 5 == 2:
+            frames.append((t - 700, 2, wire.bno_body(gyr=(i % 9, i % 7, 0))))
+    events = [
+        (t * 1e-6 + 0.001, wire.cobs(wire.payload(kind, i, start_us + t, body)))
+        for i, (t, kind, body) in enumerate(frames)
+    ]
+    pipeline = Pipeline(PipelineSettings())
+    counts = run(pipeline, events)
+    assert counts == LinkCounts(received=len(frames))
+    assert pipeline.clock.steps == 0

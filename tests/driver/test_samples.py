@@ -111,6 +111,15 @@ def test_a_repeated_bno_sample_is_published_and_counted_and_mag_only_when_change
     assert s.counts.samples["bno055"] == 4
 
 
+def test_a_repeated_bno_sample_is_never_stamped_before_itself():
+    s = sampler()
+    stamps = [
+        first(s.readings(frame(2, wire.bno_body(age_us=age)), t), ImuReading).stamp_ns
+        for t, age in [(20_000_000, 1000), (29_999_000, 11_000), (40_000_000, 1000)]
+    ]
+    assert stamps == [19_000_000, 19_000_000, 39_000_000]
+
+
 def test_a_magnetometer_that_has_not_measured_is_not_published():
     readings = sampler().readings(frame(2, wire.bno_body(mag=(0, 0, 0))), 0)
     assert not [r for r in readings if isinstance(r, FieldReading)]

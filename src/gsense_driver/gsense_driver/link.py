@@ -25,6 +25,7 @@ _TIME_RANGE = 1 << 32
 _YOUNG_US = 1_500_000
 _REORDER_US = 2_000_000
 _SLACK_S = 2.0
+_CROSSING_US = 100_000  # reads that began earlier may be sent later: so far back a board time may go in order
 
 
 class Verdict(Enum):
@@ -103,7 +104,7 @@ class LinkTracker:
             self._done.restarts += 1
             self._accept(frame, arrival_s)
             return Verdict.RESTART
-        advance_us = (frame.time_us - newest.time_us) % _TIME_RANGE
+        advance_us = _advance(newest, frame)
         steps = self._unwrapped_steps((frame.sequence - newest.sequence) % _SEQUENCE_RANGE, advance_us)
         self._done.lost += max(0, steps - 1 - corrupt)
         self._frames_total += steps
@@ -139,7 +140,7 @@ class LinkTracker:
         return time_us * self._frames_total / self._time_total_us
 
     def _restart_between(self, old: Frame, new: Frame, arrival_s: float) -> bool:
-        advance_us = (new.time_us - old.time_us) % _TIME_RANGE
+        advance_us = _advance(old, new)
         elapsed_s = arrival_s - self._newest_arrival_s
         if new.flags & FLAG_STARTED and new.time_us < _YOUNG_US and advance_us > _YOUNG_US:
             return True
@@ -158,3 +159,11 @@ class LinkTracker:
         if frames is None:
             return steps
         return steps + max(0, round((frames - steps) / _SEQUENCE_RANGE)) * _SEQUENCE_RANGE
+
+
+def _advance(old: Frame, new: Frame) -> int:
+    """Board time from frame to frame in us: 0 to the wrap, or slightly negative where two sensors' reads crossed."""
+    advance_us = (new.time_us - old.time_us) % _TIME_RANGE
+    steps = (new.sequence - old.sequence) % _SEQUENCE_RANGE
+    crossed = advance_us > _TIME_RANGE - _CROSSING_US and steps <= WINDOW
+    return advance_us - _TIME_RANGE if crossed else advance_us

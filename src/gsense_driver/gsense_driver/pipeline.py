@@ -142,7 +142,8 @@ class Pipeline:
             clock.restart()
         arrival_ns -= self._delay_ns.get(frame.type, self._default_delay_ns)
         board_us = clock.unwrap(frame.time_us, arrival_ns)
-        if clock.observe(board_us, arrival_ns):
+        # A STATUS frame reads no sensor, so its way is of another length: it gets a time, but gives none.
+        if frame.type != TYPE_STATUS and clock.observe(board_us, arrival_ns):
             self.link.restarted()
             self._restarted()
             board_us = clock.unwrap(frame.time_us, arrival_ns)

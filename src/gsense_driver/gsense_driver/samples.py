@@ -138,6 +138,7 @@ class Sampler:
         self.board = BoardState()
         self.configure(settings, mountings or {})
         self._last_inertial: bytes | None = None
+        self._last_bno_ns = 0
         self._last_field = bytes(6)  # zeros: the magnetometer has not measured yet
         self._battery = Every(_BATTERY_PERIOD_NS)
         self._temperature = {MPU: Every(_TEMPERATURE_PERIOD_NS), BNO: Every(_TEMPERATURE_PERIOD_NS)}
@@ -227,7 +228,9 @@ class Sampler:
         inertial = body[0:6] + body[12:18]
         if inertial == self._last_inertial:
             self.counts.repeated += 1
+            stamp_ns = max(stamp_ns, self._last_bno_ns)  # the same instant: never a microsecond earlier
         self._last_inertial = inertial
+        self._last_bno_ns = stamp_ns
         scales = self._scales
         a, g, m = scales.bno_accel, scales.bno_gyro, scales.bno_mag
         force = self.mounted(BNO, (a * counts.ax, a * counts.ay, a * counts.az))
