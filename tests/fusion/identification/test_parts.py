@@ -48,24 +48,27 @@ def test_motion_of_a_known_sine_with_a_third_harmonic(w: float) -> None:
         assert np.max(np.abs(got - true)) < part * np.max(np.abs(true))
 
 
+def _below_5_hz(series: np.ndarray, rate_hz: float) -> np.ndarray:
+    spectrum = np.fft.rfft(series * np.hanning(len(series)))
+    spectrum[np.fft.rfftfreq(len(series), 1 / rate_hz) > 5.0] = 0
+    return np.fft.irfft(spectrum, len(series))
+
+
 @pytest.mark.parametrize("w", [1.0, 3.0, 8.0])
 def test_motion_of_a_real_carriage(w: float) -> None:
-    """With friction, belt and ramps; quantised to 50 um."""
-    travel = drive(PlannedRun(w, 22.0), 2.5)
+    """With friction, belt and ramps; quantised to 50 um. Below 5 Hz: what the belt rings at is beyond the encoder."""
+    travel = drive(PlannedRun(w, 26.0), 2.5)
     motion = CarriageMotion(travel.time[::5], np.round(travel.position[::5] / 5e-5) * 5e-5)
     assert motion.steady is not None
     assert motion.angular_frequency == pytest.approx(w, rel=1e-4)
     inside = (travel.time > motion.steady.start + 0.2) & (travel.time < motion.steady.stop - 0.2)
-    assert motion.steady.duration > 14.0
+    assert motion.steady.duration > 17.0
     kin = motion.at(travel.time[inside])
     assert np.std(kin.position - travel.position[inside]) < 2e-5
-    assert np.std(kin.velocity - travel.velocity[inside]) < 0.01 * np.std(travel.velocity[inside])
-    # friction's kicks at the reversals reach beyond the encoder's resolution; the drive's share must be right
-    error = np.std(kin.acceleration - travel.acceleration[inside])
-    assert error < max(0.03 * np.std(travel.acceleration[inside]), 0.03)
-    still = motion.still
-    assert len(still) == 2
-    assert still[0].stop == pytest.approx(2.0, abs=0.8)
+    for got, true in ((kin.velocity, travel.velocity[inside]), (kin.acceleration, travel.acceleration[inside])):
+        assert np.std(_below_5_hz(got - true, 1000.0)) < 0.01 * np.std(_below_5_hz(true, 1000.0))
+    assert len(motion.still) == 2
+    assert motion.still[0].stop == pytest.approx(2.0, abs=0.8)
 
 
 def test_delay_of_the_imu_to_a_tenth_of_a_millisecond() -> None:
@@ -87,7 +90,7 @@ def test_mounting() -> None:
 
 
 def test_turned_board_is_a_second_mounting() -> None:
-    plan = (PlannedRun(4.0, 12.0), PlannedRun(6.0, 12.0, turned=True), PlannedRun(5.0, 12.0), PlannedRun(0.0, 10.0))
+    plan = (PlannedRun(4.0, 16.0), PlannedRun(6.0, 16.0, turned=True), PlannedRun(5.0, 16.0), PlannedRun(0.0, 10.0))
     session = made(base=replace(BASE, plan=plan))
     campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in session.runs]))
     assert len(campaign.mountings) == 2
