@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.stats import chi2
@@ -31,6 +32,7 @@ from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 
 AXIS_SIGMA = 2.576
+SIGNIFICANT = 1e-4
 SLOW_BAND_HZ = 0.1
 BAND_ORDERS = 3.0
 """A dynamic effect's own band reaches to the third order of the fastest drive."""
@@ -42,11 +44,12 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     full = a.claims.full
     folds = a.folds
     before, declared, after = (band_rms(folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
-    rate = Rms(before, declared, after, noise_floor(folds, a.noise, full.drift))
+    rest = a.likelihood.drift_at_rest(full)
+    rate = Rms(before, declared, after, noise_floor(folds, a.noise, rest))
     poses = [pose_rms(folds, m) for m in ("raw", "declared", "full")]
     pose = None
     if poses[0] is not None and poses[1] is not None and poses[2] is not None:
-        pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, full.drift))
+        pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, rest))
     traces = attitude_traces(folds)
     units = [c.unit_id for c in a.clean if c.unit_id]
     return LoopResult(
@@ -95,7 +98,9 @@ def _declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
             values, errors = _bias(a, full), _bias_stderr(a, full)
             out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
         elif name in a.selection.effects:
-            out[name] = effect_parameters(a.likelihood, full, a.selection.effects[name])
+            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name])
+            doubt = not effect_significant(a.likelihood, full, name)
+            out[name] = {n: replace(p, in_doubt=doubt) for n, p in parameters.items()}
     return out
 
 
@@ -119,23 +124,28 @@ def _bias_stderr(a: Analysis, fit: Fit) -> tuple[float, float, float]:
 
 
 def _g_matrix(likelihood: Likelihood, fit: Fit) -> tuple[tuple[float, float, float], ...] | None:
-    """G where a likelihood-ratio (Wald) test at 1 % finds it; a G that is not significant compensates nothing."""
-    if "g_sensitivity" not in fit.names or not g_significant(likelihood, fit):
+    """G where it is significant; one that is not compensates nothing."""
+    if "g_sensitivity" not in fit.names or not effect_significant(likelihood, fit, "g_sensitivity"):
         return None
     first = likelihood.columns.start["g_sensitivity"]
     g = fit.beta[first : first + 9].reshape(3, 3)
     return tuple((float(r[0]), float(r[1]), float(r[2])) for r in g)
 
 
-def g_significant(likelihood: Likelihood, fit: Fit) -> bool:
-    """Whether G as a whole differs from zero."""
-    first = likelihood.columns.start["g_sensitivity"]
-    beta = fit.beta[first : first + 9]
-    covariance = fit.covariance[first : first + 9, first : first + 9]
+def effect_significant(likelihood: Likelihood, fit: Fit, name: str) -> bool:
+    """Whether the linear parameters of an effect as a whole differ from zero (Wald test).
+
+    As strict as a finding would have to be: drift of the bias imitates weak effects.
+    """
+    own = slice(likelihood.columns.start[name], likelihood.columns.start[name] + likelihood.columns.count[name])
+    beta, covariance, unit = fit.beta[own], fit.covariance[own, own], likelihood.columns.plausible[own]
+    if not len(beta):
+        return True
+    beta, covariance = beta / unit, covariance / unit[:, None] / unit[None]
     values, vectors = np.linalg.eigh(covariance)
-    good = values > 1e-9 * max(float(values[-1]), 1e-300)
+    good = values < 0.5  # the others are not identified: their error is the plausible size
     wald = float(np.sum((vectors[:, good].T @ beta) ** 2 / values[good]))
-    return bool(chi2.sf(wald, int(good.sum())) < 0.01)
+    return bool(chi2.sf(wald, max(1, int(good.sum()))) < SIGNIFICANT)
 
 
 def _summaries(a: Analysis) -> tuple[RunSummary, ...]:

@@ -15,7 +15,7 @@ from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
 REFINEMENT_PART = 0.01
-"""An effect that removes less than this part of what the strongest one does refines a shape; it is no claim."""
+"""An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""
 
@@ -43,14 +43,15 @@ def judge(selection: Selection, best: Fit) -> Claims:
     found = sorted(best.names - selection.declared, key=lambda n: -selection.gain(best, n)[0])
     names: list[str] = []
     refinements: list[str] = []
-    strongest = max((selection.gain(best, n)[0] for n in found), default=0.0)
+    strongest = max((selection.gain(best, n)[0] for n in found if selection.effects[n].dynamic), default=0.0)
     for name in found:
-        if selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
+        dynamic = selection.effects[name].dynamic
+        if dynamic and selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
             notes.append(
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif selection.effects[name].dynamic and not _survives(selection, best, name):
+        elif dynamic and not _survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
         else:
             names.append(name)

@@ -18,6 +18,7 @@ from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaig
 
 IDENTIFIED_PART = 0.3
 DRIFT_ROUNDS = 3
+MIN_REST_BLOCKS = 8
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Fit:
 
 
 def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares on some columns; directions that the data does not identify get zero.
+    """Least squares; directions that the data does not identify get zero with their plausible size as error.
 
     Parameters are measured in their plausible sizes. A direction counts as identified where its standard error is under
     `IDENTIFIED_PART` of that: from one mounting, G comes out along the direction in which the board was accelerated.
@@ -67,8 +68,9 @@ def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArra
     values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * unit[:, None] * unit[None])
     good = values > 1.0 / IDENTIFIED_PART**2
     inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
-    covariance = inverse * unit[:, None] * unit[None]
-    return covariance @ gram.xy[index], covariance, int(good.sum())
+    part = unit * (inverse @ (unit * gram.xy[index]))
+    covariance = (inverse + vectors[:, ~good] @ vectors[:, ~good].T) * unit[:, None] * unit[None]
+    return part, covariance, int(good.sum())
 
 
 class Likelihood:
@@ -102,6 +104,18 @@ class Likelihood:
             runs = self.campaign.fit
             self._designs[templates] = block_design(runs, self.cuts, self.effects, self.source, templates)
         return self._designs[templates]
+
+    def drift_at_rest(self, fit: Fit) -> dict[int, Drift]:
+        """Drift strengths from the blocks at rest alone, slow effects removed; the fit's where rest is rare.
+
+        What the model lacks in motion must not pass for drift when the noise floor is asked for.
+        """
+        still = np.array([not w.moving for _, w in self.cuts])
+        if still.sum() < MIN_REST_BLOCKS or still.all():
+            return dict(fit.drift)
+        blocks = self.blocks.part(still)
+        residual = (self.blocks.rate - self.block_columns(fit.templates) @ fit.beta)[still]
+        return {axis: SlowNoise(blocks, self.slow[axis].white_psd).estimate(residual[:, axis]) for axis in self.slow}
 
     def slow_gram(self, templates: Templates, drift: Mapping[int, Drift]) -> Gram:
         """Normal equations of the block means."""

@@ -7,7 +7,7 @@ analytically; elsewhere (ramps, other shapes) a band-limited derivative has to d
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -22,6 +22,8 @@ HIGHEST_HARMONIC_HZ = 20.0
 MAX_HARMONICS = 40
 KEEP_SIGMA = 5.0
 MIN_PERIODS = 2.5
+MARGINS = (0.2, 0.3, 0.38)
+"""Parts of the motion left out at both ends where its middle is fitted."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +63,11 @@ class Harmonics:
         """Amplitude of the fundamental in m."""
         first = self.orders == 1
         return float(np.hypot(self.cosine[first].sum(), self.sine[first].sum()))
+
+    def lowest(self, order: int) -> Harmonics:
+        """The same without orders above one."""
+        keep = self.orders <= order
+        return replace(self, orders=self.orders[keep], cosine=self.cosine[keep], sine=self.sine[keep])
 
     def at(self, time: FloatArray) -> Kinematics:
         """Position and its analytic derivatives at the times (n,)."""
@@ -161,14 +168,24 @@ def _intervals(time: FloatArray, mask: BoolArray) -> tuple[Interval, ...]:
 
 def _steady_sine(time: FloatArray, position: FloatArray, moving: Interval) -> tuple[Harmonics, Interval] | None:
     """The harmonic model of the middle of the motion, and how far to both sides it holds."""
+    for margin in MARGINS:  # a short run has ramps far into its middle
+        found = _sine_of_middle(time, position, moving, margin)
+        if found is not None:
+            return found
+    return None
+
+
+def _sine_of_middle(
+    time: FloatArray, position: FloatArray, moving: Interval, margin: float
+) -> tuple[Harmonics, Interval] | None:
     inside = (time >= moving.start) & (time <= moving.stop)
     t, s = time[inside], position[inside]
-    middle = (t > moving.start + 0.2 * moving.duration) & (t < moving.stop - 0.2 * moving.duration)
+    middle = (t > moving.start + margin * moving.duration) & (t < moving.stop - margin * moving.duration)
     if middle.sum() < 50:
         return None
     guess = _dominant_angular_frequency(t[middle], s[middle])
     period = 2 * np.pi / guess
-    if period * MIN_PERIODS * 0.6 > float(np.ptp(t[middle])) + 1e-9 and period * MIN_PERIODS > moving.duration:
+    if period * MIN_PERIODS > moving.duration or period > float(np.ptp(t[middle])):
         return None
     fit = fit_harmonics(t[middle], s[middle], guess)
     quantum = _quantum(s)

@@ -72,12 +72,14 @@ def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
     force = run.specific_force
     if not np.isfinite(force).all():
         return RunGeometry(np.full(3, np.nan), None, None)
-    if motion is None or motion.steady is None:
+    if motion is None or motion.steady is None or motion.harmonics is None:
         return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None)
     inside = (run.time >= motion.steady.start + 0.1) & (run.time <= motion.steady.stop - 0.1) & run.valid
+    # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
+    steady = motion.harmonics.lowest(3)
     delay, mean, slope, stderr = 0.0, np.zeros(3), np.zeros(3), np.inf
     for _ in range(DELAY_ITERATIONS):
-        kin = motion.at(run.time[inside] - delay)
+        kin = steady.at(run.time[inside] - delay)
         X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
         beta, *_ = np.linalg.lstsq(X, force[inside], rcond=None)
         mean, slope = beta[0], beta[1]

@@ -32,12 +32,13 @@ POSITION_BINS = 40
 def per_run(a: Analysis) -> tuple[RunErrors, ...]:
     """Held-out error of each run."""
     out = []
+    rest = a.likelihood.drift_at_rest(a.claims.full)
     for fold in a.folds:
         for data in fold.held:
             one = [Held((data,), fold.everything, fold.models, fold.predictor)]
             w = None if data.motion is None else data.motion.angular_frequency
             raw, declared, full = (band_rms(one, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
-            floor = noise_floor(one, a.noise, a.claims.full.drift)
+            floor = noise_floor(one, a.noise, rest)
             out.append(RunErrors(data.run.name, w, raw, declared, full, floor))
     return tuple(sorted(out, key=lambda e: e.angular_frequency or 0.0))
 

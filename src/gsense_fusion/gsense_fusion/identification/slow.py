@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 
 from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.types import FloatArray, IntArray
+from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
 OU_RATIO = 3.0
@@ -47,6 +47,12 @@ class Blocks:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    def part(self, mask: BoolArray) -> Blocks:
+        """Some of the blocks."""
+        return Blocks(
+            self.time[mask], self.duration[mask], self.rate[mask], self.session[mask], self.run[mask], self.pose[mask]
+        )
 
 
 @dataclass(frozen=True)

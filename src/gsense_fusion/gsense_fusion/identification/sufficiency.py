@@ -15,7 +15,7 @@ from scipy.stats import chi2, norm
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
 from gsense_fusion.identification.slow import Drift, SlowNoise
-from gsense_fusion.identification.types import AXES, FloatArray
+from gsense_fusion.identification.types import AXES, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 5
@@ -117,29 +117,72 @@ def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: flo
 
 
 def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
-    looks = sum(int(w.away_from_orders().sum()) * 3 for w in moving)
-    threshold = np.log(looks / alpha)
-    hits: list[tuple[float, float, int, float]] = []
-    for w in moving:
-        away = w.away_from_orders()
-        for i, axis in zip(*np.nonzero((w.power > threshold) & away[:, None]), strict=True):
-            # a line of amplitude A has 2 A^2 / 2 * (n weight^2 / 4) of power: invert the whitening
-            amplitude = np.sqrt(2 * w.power[i, axis]) / (w.bins.weight[i, axis] * len(w.window) / 2)
-            hits.append((float(w.power[i, axis]), float(w.frequency[i]), int(axis), float(amplitude)))
+    """Lines at a fixed frequency: strong ones in single windows, weak ones pooled over all; half of alpha each."""
+    hits = _single_lines(moving, alpha / 2) + _pooled_lines(moving, alpha / 2)
     if not hits:
         return []
-    hits.sort(reverse=True)
-    mask = np.array([any(h[2] == a for h in hits) for a in range(3)])
-    rms = float(np.sqrt(np.sum([h[3] ** 2 for h in hits]) / 2 / len(moving)))
+    hits.sort(key=lambda h: h.p_value)
     tones: list[float] = []
-    for _, f, _, _ in hits:
-        if all(abs(f - g) > 0.15 for g in tones):
-            tones.append(f)
+    for hit in hits:
+        if all(abs(hit.frequency_hz - g) > 0.15 for g in tones):
+            tones.append(hit.frequency_hz)
+    strongest = [max((h.amplitude for h in hits if abs(h.frequency_hz - f) <= 0.15), default=0.0) for f in tones]
+    rms = float(np.sqrt(np.sum(np.square(strongest)) / 2))
     text = ", ".join(f"{f:.2f}" for f in tones[:4])
-    p = float(min(1.0, looks * np.exp(-hits[0][0])))
-    frequencies = tuple(2 * np.pi * f for f in tones[:5])
     description = f"a line at {text} Hz in motion that is not there at rest and not locked to the drive"
-    return [Symptom("lines", _names(mask), p, rms, frequencies, description)]
+    axes = _names(np.array([any(h.axis == a for h in hits) for a in range(3)]))
+    return [Symptom("lines", axes, hits[0].p_value, rms, tuple(2 * np.pi * f for f in tones[:5]), description)]
+
+
+@dataclass(frozen=True)
+class _Line:
+    p_value: float
+    frequency_hz: float
+    axis: int
+    amplitude: float
+    """rad/s."""
+
+
+def _amplitude(residual: WindowResidual, bin_: int, axis: int, power: float) -> float:
+    """Of a sine that puts this power into a bin, rad/s: the whitening inverted."""
+    return float(np.sqrt(2 * power) / (residual.bins.weight[bin_, axis] * len(residual.window) / 2))
+
+
+def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]:
+    looks = sum(int(w.away_from_orders().sum()) * 3 for w in moving)
+    threshold = np.log(looks / alpha)
+    out = []
+    for w in moving:
+        for i, axis in zip(*np.nonzero((w.power > threshold) & w.away_from_orders()[:, None]), strict=True):
+            power = float(w.power[i, axis])
+            p = float(min(1.0, looks * np.exp(-power)))
+            out.append(_Line(p, float(w.frequency[i]), int(axis), _amplitude(w, int(i), int(axis), power)))
+    return out
+
+
+def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]:
+    """Sum of the nearest bins of all windows on the coarsest window's grid."""
+    coarse = max(moving, key=lambda w: w.resolution_hz)
+    total = np.zeros((len(coarse.frequency), 3))
+    count = np.zeros(len(coarse.frequency))
+    nearest: list[tuple[WindowResidual, IntArray]] = []
+    for w in moving:
+        at = np.clip(np.rint((coarse.frequency - w.frequency[0]) / w.resolution_hz), 0, len(w.frequency) - 1).astype(
+            int
+        )
+        usable = w.away_from_orders()[at]
+        total += w.power[at] * usable[:, None]
+        count += usable
+        nearest.append((w, at))
+    p = chi2.sf(2 * total, 2 * np.maximum(count, 1)[:, None])
+    looks = int((count > 1).sum()) * 3
+    out = []
+    for i, axis in zip(*np.nonzero((p < alpha / max(1, looks)) & (count > 1)[:, None]), strict=True):
+        excess = float(total[i, axis] / count[i] - 1.0)
+        w, at = nearest[0]
+        amplitude = _amplitude(w, int(at[i]), int(axis), max(excess, 0.0))
+        out.append(_Line(float(min(1.0, looks * p[i, axis])), float(coarse.frequency[i]), int(axis), amplitude))
+    return out
 
 
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:

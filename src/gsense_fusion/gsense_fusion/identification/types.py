@@ -48,8 +48,12 @@ class Parameter:
     value: float
     stderr: float
     unit: str
+    in_doubt: bool = False
+    """The effect as a whole is not significant; then none of its parameters is."""
 
     @property
     def significant(self) -> bool:
         """Whether a two-sided 1 % test rejects zero."""
+        if self.in_doubt:
+            return False
         return bool(abs(self.value) > 2.576 * self.stderr) if self.stderr > 0 else self.value != 0.0
