@@ -40,3 +40,21 @@ run_scripts() {
         (cd "$ROOT" && python "$script" "$@")
     done
 }
+
+# run_bench [NAME] [ARGS]: one benchmark by name, or all that take about a minute (slow/ has the others)
+run_bench() {
+    local name=${1:-} script known=()
+    if [[ -z $name || $name == -* ]]; then
+        run_scripts benchmark "$ROOT"/tests/bench/*.py -- "$@"
+        return
+    fi
+    shift
+    for script in "$ROOT"/tests/bench/{,slow/}*.py; do
+        known+=("$(basename "$script" .py)")
+        if [[ ${known[-1]} == "$name" ]]; then
+            run_scripts benchmark "$script" -- "$@"
+            return
+        fi
+    done
+    fail "no benchmark '$name'; there is: ${known[*]}"
+}

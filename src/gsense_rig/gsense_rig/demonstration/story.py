@@ -19,7 +19,7 @@ from gsense_rig.demonstration.live_bag import check_bag
 from gsense_rig.demonstration.options import Options
 from gsense_rig.demonstration.orientation import OrientationError, orientation_error
 from gsense_rig.demonstration.outcome import Outcome, compare, read_report
-from gsense_rig.demonstration.processes import DemoError, Processes
+from gsense_rig.demonstration.processes import DemoError, Processes, ros_arguments
 from gsense_rig.demonstration.reveal import Telling, reveal
 from gsense_rig.demonstration.screen import Screen, Step
 from gsense_rig.recording.bag import storage_file
@@ -107,7 +107,7 @@ class Story:
         bag.parent.mkdir(parents=True, exist_ok=True)
         with self._screen.step("live run") as step:
             step.show("the recorder is starting")
-            record = self._processes.start("gsense_rig", "record", *start.ros_arguments({"out": str(bag.absolute())}))
+            record = self._processes.start("gsense_rig", "record", *ros_arguments({"out": str(bag.absolute())}))
             for topic in (RAW, Topics.MPU6050_TEMPERATURE, Topics.LINK, Topics.RIG_POSE):
                 graph.wait_for_subscriber(f"/{topic}", "record", _PATIENCE)
             error = self._drive(graph, step, self._options.seconds)

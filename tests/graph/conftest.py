@@ -1,0 +1,168 @@
+"""One live graph for all tests of this folder: at rest, through one sinusoid, recorded twice."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+K = 0.001  # (rad/s)/(m/s^2), of the BNO055's compensation file
+AMPLITUDE, ANGULAR_FREQUENCY, CYCLES = 0.15, 6.0, 5
+WINDOW = 6.0  # s
+COMPENSATION = f"""\
+schema: gsense-compensation/1
+sensor: bno055
+unit_id: null
+bias: {{value: [0.0, 0.0, 0.0], unit: rad/s}}
+terms:
+- {{effect: g_sensitivity, k: {K}, unit: (rad/s)/(m/s^2)}}
+"""
+
+
+@dataclass
+class Told:
+    """What one live graph said; filled once."""
+
+    ears: Any
+    graph: Any
+    window: tuple[int, int] = (0, 0)
+    """ns: a stretch with everything running, motion included."""
+    motion: Any = None
+    feedback: list[Any] = field(default_factory=list)
+    bags: dict[str, Path] = field(default_factory=dict)
+    exit_codes: dict[str, int] = field(default_factory=dict)
+    advertised: frozenset[str] = frozenset()
+    at_end: dict[str, int] = field(default_factory=dict)
+
+    def inside(self, topic: str) -> np.ndarray:
+        """Stamps (ns) in the window, in order of arrival."""
+        stamps = self.ears.stamps(topic)
+        return stamps[(stamps >= self.window[0]) & (stamps < self.window[1])]
+
+
+def topics() -> dict[str, Any]:
+    from diagnostic_msgs.msg import DiagnosticArray
+    from geometry_msgs.msg import PoseStamped
+    from gsense_msgs.msg import LinkStatus, RigState
+    from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
+
+    return {
+        "/mpu6050/imu/data_raw": Imu,
+        "/bno055/imu/data_raw": Imu,
+        "/bno055/imu/mag": MagneticField,
+        "/lisy300/imu/data_raw": Imu,
+        "/mpu6050/temperature": Temperature,
+        "/bno055/temperature": Temperature,
+        "/battery": BatteryState,
+        "/link": LinkStatus,
+        "/diagnostics": DiagnosticArray,
+        "/rig/pose": PoseStamped,
+        "/rig/joint_states": JointState,
+        "/rig/state": RigState,
+        "/mpu6050/madgwick/imu/data": Imu,
+        "/bno055/madgwick/imu/data": Imu,
+        "/bno055/madgwick_gcomp/imu/data": Imu,
+        # of the second graph, in a namespace
+        "/other/bno055/imu/data": Imu,
+        "/other/link": LinkStatus,
+        "/other/mpu6050/imu/data_raw": Imu,
+    }
+
+
+@pytest.fixture(scope="session")
+def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Told]:
+    pytest.importorskip("rclpy", reason="needs ROS 2: run by ./rig test")
+    pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
+    from .ears import Ears
+    from .processes import DOMAIN, Graph
+
+    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+    folder = tmp_path_factory.mktemp("graph")
+    graph = Graph(folder)
+    ears = None
+    try:
+        _start(graph, folder)
+        ears = Ears(DOMAIN, topics())
+        made = Told(ears, graph, bags={name: folder / name for name in ("bag_int", "bag_term")})
+        _play(made)
+        yield made
+    finally:
+        graph.close()
+        if ears is not None:
+            ears.close()
+
+
+def _start(graph: Any, folder: Path) -> None:
+    from .processes import parameters
+
+    bus = folder / "bus"
+    file = folder / "compensation.yaml"
+    file.write_text(COMPENSATION)
+    graph.start("rig", "gsense_rig", "rig", *parameters(seed=11, bus=bus, effects="['rail_curvature=0.003']"))
+    port = graph.start_board("board", "--bus", str(bus), "--no-bench")
+    graph.start("bridge", "gsense_driver", "bridge", *parameters(port=port, unit_id="unit-11"))
+    graph.start("fusion_mpu", "gsense_fusion", "fusion", *parameters(sensor="mpu6050"), "-r", "__node:=fusion_mpu")
+    compensated = parameters(sensor="bno055", compensation_file=file)
+    graph.start("fusion_bno", "gsense_fusion", "fusion", *compensated, "-r", "__node:=fusion_bno")
+    graph.start("bag_int", "gsense_rig", "record", *parameters(out=folder / "bag_int"), "-r", "__node:=bag_int")
+    some = parameters(out=folder / "bag_term", topics="['mpu6050/imu/data_raw', 'rig/pose']")
+    graph.start("bag_term", "gsense_rig", "record", *some, "-r", "__node:=bag_term")
+    # A second board on a table with the chip's own fusion, in a namespace and without a rig.
+    other = graph.start_board("other_board", "--bus", str(folder / "no-bus"), "--bno", "ndof")
+    graph.start(
+        "other_bridge", "gsense_driver", "bridge", *parameters(port=other, unit_id="other"), "-r", "__ns:=/other"
+    )
+
+
+def _play(told: Told) -> None:
+    """Home, then everything for some seconds with a motion in it, then the ends of both recorders."""
+    from gsense_msgs.action import Sinusoid
+    from rclpy.action import ActionClient
+    from std_srvs.srv import Trigger
+
+    ears, graph = told.ears, told.graph
+    node = ears.node
+    home = node.create_client(Trigger, "/rig/home")
+    drive = ActionClient(node, Sinusoid, "/rig/sinusoid")
+    silent = [name for name in ears.types if name != "/other/bno055/imu/data"]
+    ears.wait(lambda: all(ears.heard[name] for name in silent), 60.0, "message on every topic", graph.check)
+    ears.wait(home.service_is_ready, 20.0, "service rig/home")
+    homed = home.call_async(Trigger.Request())
+    ears.wait(homed.done, 60.0, "end of homing", graph.check)
+    assert homed.result().success, homed.result().message
+    for label in ("bag_int", "bag_term"):
+        ears.wait(lambda label=label: _records(node, label), 30.0, f"{label} that records", graph.check)
+    begun = _newest(ears)
+    ears.wait(drive.server_is_ready, 20.0, "action rig/sinusoid")
+    goal = Sinusoid.Goal(amplitude=AMPLITUDE, angular_frequency=ANGULAR_FREQUENCY, cycles=CYCLES)
+    sent = drive.send_goal_async(goal, feedback_callback=lambda m: told.feedback.append(m.feedback))
+    ears.wait(sent.done, 20.0, "answer to the goal")
+    assert sent.result().accepted
+    result = sent.result().get_result_async()
+    ears.wait(result.done, 60.0, "end of the sinusoid", graph.check)
+    told.motion = result.result().result
+    told.window = (begun, begun + round(WINDOW * 1e9))
+    ears.wait(lambda: _newest(ears) > told.window[1] + 1_200_000_000, 60.0, "end of the window", graph.check)
+    told.advertised = frozenset(name for name, _ in node.get_topic_names_and_types())
+    told.exit_codes["bag_int"] = graph.end("bag_int", signal.SIGINT)
+    told.exit_codes["bag_term"] = graph.end("bag_term", signal.SIGTERM)
+    ears.wait(lambda: ears.heard["/other/bno055/imu/data"], 20.0, "fused orientation of the other board", graph.check)
+
+
+def _records(node: Any, label: str) -> bool:
+    return all(
+        any(info.node_name == label for info in node.get_subscriptions_info_by_topic(topic))
+        for topic in ("/mpu6050/imu/data_raw", "/rig/pose")
+    )
+
+
+def _newest(ears: Any) -> int:
+    from .ears import stamp_ns
+
+    return stamp_ns(ears.heard["/mpu6050/imu/data_raw"][-1])
