@@ -7,7 +7,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from preparation import environment, ros, stamps, system, workspace
+from preparation import environment, kernels, ros, stamps, system, workspace
 from preparation.checkout import Checkout
 from preparation.errors import SetupError
 from preparation.progress import say
@@ -40,7 +40,9 @@ def main(arguments: list[str]) -> int:
 
 def up_to_date(checkout: Checkout, dev: bool, build: str) -> bool:
     """Whether nothing is to do."""
-    return environment.is_ready(checkout, ros.find(), dev) and not workspace.to_build(checkout, build)
+    if not environment.is_ready(checkout, ros.find(), dev) or workspace.to_build(checkout, build):
+        return False
+    return build == "missing" or kernels.up_to_date(checkout)
 
 
 def prepare(checkout: Checkout, dev: bool, build: str) -> None:
@@ -55,6 +57,8 @@ def prepare(checkout: Checkout, dev: bool, build: str) -> None:
     packages = workspace.to_build(checkout, build)
     if packages:
         workspace.build(checkout, packages)
+    if build == "stale" and not kernels.up_to_date(checkout):
+        kernels.compile_all(checkout)
 
 
 def forget_other_place(checkout: Checkout, found: ros.Ros) -> None:
