@@ -10,7 +10,7 @@ from gsense_rig.demonstration.domain import busy_domains
 from gsense_rig.demonstration.folder import FolderError, open_folder
 from gsense_rig.demonstration.hidden import KINDS, HiddenEffect, draw
 from gsense_rig.demonstration.live_bag import header_stamp
-from gsense_rig.demonstration.orientation import Track, low_passed, orientation_error
+from gsense_rig.demonstration.orientation import Track, low_passed, orientation_error, read_reference
 from gsense_rig.demonstration.outcome import compare
 from gsense_rig.demonstration.processes import DemoError, Processes, find_executable
 from gsense_rig.sensors.effects import parse_effect
@@ -78,6 +78,18 @@ def test_orientation_error_of_known_motion():
     assert error.rate == pytest.approx(0.01 / np.sqrt(6), rel=1e-2)  # the 20 Hz are above the cut-off
     with pytest.raises(ValueError, match="too few"):
         orientation_error(Track(time, rate, turned), 11.9, 12.0)
+
+
+def test_turning_of_a_bent_rail(tmp_path):
+    file = tmp_path / "compensation.yaml"
+    terms = "- {effect: rail_curvature, t: [1, 0, 2], u: [0, 3, 0]}"
+    file.write_text(f"schema: gsense-compensation/1\nreference:\n{terms}\n")
+    reference = read_reference(file)
+    time = np.arange(0.0, 1.0, 0.001)
+    rate = reference.rate(time, 0.1 * time, 0.1 + 0 * time, np.array([0.5]))
+    assert rate == pytest.approx(np.array([[0.1, 2 * 0.05 * 0.1 * 3, 0.2]]))
+    file.write_text("schema: gsense-compensation/1\nterms: []\n")
+    assert read_reference(file) is None
 
 
 def test_low_pass_is_brick_wall():

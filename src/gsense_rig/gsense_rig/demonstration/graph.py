@@ -15,10 +15,10 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import Imu, JointState
 from std_srvs.srv import Trigger
 
-from gsense_rig.demonstration.orientation import Track
+from gsense_rig.demonstration.orientation import Array, Track
 from gsense_rig.demonstration.processes import DemoError
 
 
@@ -141,14 +141,16 @@ class LiveGraph:
 
 
 class Listener:
-    """Imu messages by topic."""
+    """Imu messages by topic, and the carriage's motion."""
 
     def __init__(self, node: Any, topics: tuple[str, ...]) -> None:
         self._node = node
         self.messages: dict[str, list[Any]] = {topic: [] for topic in topics}
+        self._joints: list[Any] = []
+        deep = QoSProfile(depth=2000)
         self._subscriptions = [
-            node.create_subscription(Imu, topic, self.messages[topic].append, QoSProfile(depth=2000))
-            for topic in topics
+            *(node.create_subscription(Imu, topic, self.messages[topic].append, deep) for topic in topics),
+            node.create_subscription(JointState, Topics.RIG_JOINT_STATES, self._joints.append, deep),
         ]
 
     def close(self) -> None:
@@ -164,7 +166,16 @@ class Listener:
         """The messages of a topic as arrays; times in s since `epoch` (s since 1970)."""
         messages = self.messages[topic]
         return Track(
-            time=np.array([m.header.stamp.sec - epoch + m.header.stamp.nanosec * 1e-9 for m in messages]),
+            time=_times(messages, epoch),
             rate=np.array([(m.angular_velocity.x, m.angular_velocity.y, m.angular_velocity.z) for m in messages]),
             quaternion=np.array([(q.w, q.x, q.y, q.z) for q in (m.orientation for m in messages)]),
         )
+
+    def motion(self, epoch: float) -> tuple[Array, Array, Array]:
+        """Time in s since `epoch`, position in m and velocity in m/s of the carriage, each of shape (n,)."""
+        values = np.array([(m.position[0], m.velocity[0]) for m in self._joints]).reshape(-1, 2)
+        return _times(self._joints, epoch), values[:, 0], values[:, 1]
+
+
+def _times(messages: list[Any], epoch: float) -> Array:
+    return np.array([m.header.stamp.sec - epoch + m.header.stamp.nanosec * 1e-9 for m in messages])

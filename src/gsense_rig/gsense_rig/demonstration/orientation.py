@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+import yaml
 
 Array = npt.NDArray[np.float64]
 CUTOFF = 5.0
@@ -32,6 +34,43 @@ class OrientationError:
     """rad/s, three axes, below 5 Hz, about the mean."""
     tilt: float
     """rad, against the vertical at rest before the motion."""
+
+
+@dataclass(frozen=True)
+class LiveErrors:
+    """Of the live node's two outputs over one motion."""
+
+    before: OrientationError
+    after: OrientationError
+    less_reference: float | None
+    """Rate error (rad/s) of the compensated output less the rig's true turning; None where none was found."""
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The rig's true rotation by position: attitude t s + u s^2 about the rail's axes; the board lies along them."""
+
+    t: Array
+    """rad/m, shape (3,)."""
+    u: Array
+    """rad/m^2, shape (3,)."""
+
+    def rate(self, time: Array, position: Array, velocity: Array, wanted: Array) -> Array:
+        """Angular rate at the times `wanted`, shape (n, 3), from the carriage's motion at `time`."""
+        if time.size < 2:
+            raise ValueError("too few samples of the carriage's motion arrived")
+        s, v = np.interp(wanted, time, position)[:, None], np.interp(wanted, time, velocity)[:, None]
+        turning: Array = v * (self.t + 2.0 * s * self.u)
+        return turning
+
+
+def read_reference(path: Path) -> Reference | None:
+    """The rail's turning by a compensation file; None where it has none."""
+    terms = (yaml.safe_load(path.read_text(encoding="utf-8")) or {}).get("reference") or []
+    for term in terms:
+        if term.get("effect") == "rail_curvature":
+            return Reference(np.array(term["t"], dtype=float), np.array(term["u"], dtype=float))
+    return None
 
 
 def orientation_error(track: Track, start: float, stop: float) -> OrientationError:

@@ -13,7 +13,7 @@ from rich.table import Table
 
 from gsense_rig.demonstration.folder import DemoFolder
 from gsense_rig.demonstration.hidden import HiddenEffect
-from gsense_rig.demonstration.orientation import OrientationError
+from gsense_rig.demonstration.orientation import LiveErrors
 from gsense_rig.demonstration.outcome import Outcome
 
 DEG = 180.0 / math.pi
@@ -27,8 +27,7 @@ class Telling:
     outcome: Outcome
     hidden: HiddenEffect
     sentence: str
-    errors: tuple[OrientationError, OrientationError]
-    """Live, without and with compensation."""
+    errors: LiveErrors
     figures: Mapping[str, Any]
     folder: DemoFolder
 
@@ -42,8 +41,8 @@ def reveal(told: Telling) -> None:
     console.print(f"[bold]The hidden effect was {told.hidden.kind.name}.[/] {_judgement(told.outcome)}")
     console.print(_comparison(told.outcome))
     console.print(_errors(told.outcome, told.errors))
-    if "rig" in told.outcome.owners:
-        console.print("What is left of the rate live is true rotation of the carriage: the gyro is right to show it.")
+    if told.errors.less_reference is not None:
+        console.print("The rail's turning is true rotation: the gyro is right to show it, so it is not compensated.")
     if told.sentence:
         console.print(told.sentence, markup=False)
     console.print(f"Done in {told.figures['wall_s']:.0f} s. Files:")
@@ -76,8 +75,8 @@ def _comparison(outcome: Outcome) -> Table:
     return table
 
 
-def _errors(outcome: Outcome, live: tuple[OrientationError, OrientationError]) -> Table:
-    rate, (before, after) = outcome.rate_rms, live
+def _errors(outcome: Outcome, live: LiveErrors) -> Table:
+    rate, before, after = outcome.rate_rms, live.before, live.after
     table = Table(box=box.SIMPLE, title="error before and after", title_justify="left", show_edge=False)
     table.add_column("")
     for name in ("bias alone", "declared model", "with findings", "noise floor", "unit"):
@@ -85,5 +84,7 @@ def _errors(outcome: Outcome, live: tuple[OrientationError, OrientationError]) -
     held_out = [f"{rate[name] * DEG:.4f}" for name in ("raw", "declared", "full", "noise_floor")]
     table.add_row("held-out runs, rate below 5 Hz", *held_out, "deg/s rms")
     table.add_row("live, rate below 5 Hz", f"{before.rate * DEG:.4f}", "", f"{after.rate * DEG:.4f}", "", "deg/s rms")
+    if live.less_reference is not None:
+        table.add_row("live, less the rail's turning", "", "", f"{live.less_reference * DEG:.4f}", "", "deg/s rms")
     table.add_row("live, tilt of madgwick", f"{before.tilt * DEG:.3f}", "", f"{after.tilt * DEG:.3f}", "", "deg rms")
     return table

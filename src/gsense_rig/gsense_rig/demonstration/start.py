@@ -39,7 +39,7 @@ class Live:
     rig: Child
     board: Child
     bridge: Child
-    fusion: Child
+    fusion: Child | None = None
 
 
 def processes(folder: DemoFolder) -> tuple[Processes, Setting]:
@@ -58,15 +58,14 @@ def processes(folder: DemoFolder) -> tuple[Processes, Setting]:
 
 
 def graph(running: Processes, seed: int) -> Live:
-    """Starts rig, board, bridge and fusion at once."""
+    """Starts rig, board and bridge at once; all that the first sample needs."""
     hidden = draw(seed)
     unit_id = f"demo-{seed}"
     parameters = {"hardware": "sim", "seed": str(seed), "effects": f"['{hidden.argument}']"}
     rig = running.start("gsense_rig", "rig", *ros_arguments(parameters))
     board = running.start("gsense_driver", "board", "--no-bench", pipe=True)
-    fusion = start_fusion(running)
     bridge = running.start("gsense_driver", "bridge", *ros_arguments({"port": _first_line(board), "unit_id": unit_id}))
-    return Live(hidden, unit_id, rig, board, bridge, fusion)
+    return Live(hidden, unit_id, rig, board, bridge)
 
 
 def start_fusion(running: Processes, compensation: Path | None = None) -> Child:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
 import yaml
 from gsense_msgs.msg import Topics
 
@@ -14,10 +15,10 @@ from gsense_rig.campaign.index import Index, read_index
 from gsense_rig.campaign.plan import load_plan
 from gsense_rig.demonstration import start
 from gsense_rig.demonstration.folder import DemoFolder
-from gsense_rig.demonstration.graph import LiveGraph
+from gsense_rig.demonstration.graph import Listener, LiveGraph
 from gsense_rig.demonstration.live_bag import check_bag
 from gsense_rig.demonstration.options import Options
-from gsense_rig.demonstration.orientation import OrientationError, orientation_error
+from gsense_rig.demonstration.orientation import LiveErrors, orientation_error, read_reference
 from gsense_rig.demonstration.outcome import Outcome, compare, read_report
 from gsense_rig.demonstration.processes import DemoError, Processes, ros_arguments
 from gsense_rig.demonstration.reveal import Telling, reveal
@@ -86,9 +87,10 @@ class Story:
 
     def _first_sample(self, graph: LiveGraph) -> None:
         with self._screen.step("live graph") as step:
-            step.show("rig, board, bridge and fusion are starting")
+            step.show("rig, board and bridge are starting")
             graph.wait_for_sample(RAW, _PATIENCE)
             now = time.monotonic()
+            self._live.fusion = start.start_fusion(self._processes)
             since_graph, since_command = now - self._setting.graph_begun, now - self._setting.command_begun
             self._figures.note(first_sample_s=since_graph, first_sample_since_command_s=since_command)
             step.done(
@@ -206,11 +208,12 @@ class Story:
         if code != 0:
             raise DemoError(f"{child.name} ended with exit code {code}: {child.last_words()} ({child.log})")
 
-    def _second_run(self, graph: LiveGraph) -> tuple[OrientationError, OrientationError]:
+    def _second_run(self, graph: LiveGraph) -> LiveErrors:
         """The fusion node again, now with what the loop wrote; errors without and with it."""
         with self._screen.step("compensated") as step:
             step.show("the fusion node starts again with compensation.yaml")
-            self._processes.stop(self._live.fusion)
+            if self._live.fusion is not None:
+                self._processes.stop(self._live.fusion)
             epoch = float(int(time.time()))
             listener = graph.listen((PLAIN, COMPENSATED))
             self._live.fusion = start.start_fusion(self._processes, self._folder.report / "compensation.yaml")
@@ -219,20 +222,36 @@ class Story:
             self._drive(graph, step, SECOND_RUN)
             stop = time.time() - epoch - REST_AFTER
             listener.close()
-            try:
-                before, after = (orientation_error(listener.track(t, epoch), begun, stop) for t in (PLAIN, COMPENSATED))
-            except ValueError as error:
-                raise DemoError(str(error)) from error
+            errors = self._judge(listener, epoch, begun, stop)
             self._figures.note(
-                live_rate_before=before.rate,
-                live_rate_after=after.rate,
-                live_tilt_before=before.tilt,
-                live_tilt_after=after.tilt,
+                live_rate_before=errors.before.rate,
+                live_rate_after=errors.after.rate,
+                live_rate_after_less_reference=errors.less_reference,
+                live_tilt_before=errors.before.tilt,
+                live_tilt_after=errors.after.tilt,
             )
             step.done(f"{listener.count()} orientations with the file that the loop wrote, from the live node")
-        return before, after
+        return errors
 
-    def _reveal(self, sentence: str, errors: tuple[OrientationError, OrientationError]) -> None:
+    def _judge(self, listener: Listener, epoch: float, start_s: float, stop_s: float) -> LiveErrors:
+        plain, compensated = (listener.track(topic, epoch) for topic in (PLAIN, COMPENSATED))
+        report = read_report(self._folder.report / "report.json")
+        delays = [run["encoder_delay_s"] for run in report["runs"] if run["encoder_delay_s"] is not None]
+        delay = float(np.median(delays)) if delays else 0.0
+        reference = read_reference(self._folder.report / "compensation.yaml")
+        try:
+            less: float | None = None
+            if reference is not None:
+                turning = reference.rate(*listener.motion(epoch), compensated.time - delay)
+                corrected = replace(compensated, rate=compensated.rate - turning)
+                less = orientation_error(corrected, start_s, stop_s).rate
+            return LiveErrors(
+                orientation_error(plain, start_s, stop_s), orientation_error(compensated, start_s, stop_s), less
+            )
+        except ValueError as error:
+            raise DemoError(str(error)) from error
+
+    def _reveal(self, sentence: str, errors: LiveErrors) -> None:
         hidden, folder = self._live.hidden, self._folder
         outcome: Outcome = compare(read_report(folder.report / "report.json"), hidden)
         truth = {"effect": hidden.kind.name, "value": hidden.value, "unit": hidden.kind.unit}
