@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from tests.study.simulator import PlannedRun
 from tests.study.simulator.carriage import drive
 from tests.study.simulator.markov import realise
-from tests.study.simulator.parameters import DEG
+from tests.study.simulator.parameters import DEG, ChainParameters
 
 from .sessions import BASE, made
 
@@ -73,8 +73,9 @@ def test_motion_of_a_real_carriage(w: float) -> None:
 
 def test_delay_of_the_imu_to_a_tenth_of_a_millisecond() -> None:
     """A second-order low-pass of 42 Hz and Q = 0.707 is sqrt(2) / w late at low frequencies."""
-    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in made().runs]))
-    true = np.sqrt(2.0) / (2 * np.pi * BASE.chain.filter_hz)
+    session = made(base=replace(BASE, chain=ChainParameters(rate_hz=200.0, filter_hz=42.0)))
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in session.runs]))
+    true = np.sqrt(2.0) / (2 * np.pi * 42.0)
     assert campaign.delay.value == pytest.approx(true, abs=1e-4)
     assert campaign.delay.stderr < 1e-4
 
