@@ -7,11 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import chi2
 
 from gsense_fusion.identification import plotdata
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
+from gsense_fusion.identification.claims import survives
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
@@ -32,7 +32,6 @@ from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 
 AXIS_SIGMA = 2.576
-SIGNIFICANT = 1e-4
 SLOW_BAND_HZ = 0.1
 BAND_ORDERS = 3.0
 """A dynamic effect's own band reaches to the third order of the fastest drive."""
@@ -65,7 +64,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         attitude_gyro_only=attitude_rms(traces, "gyro_only"),
         attitude_madgwick=attitude_rms(traces, "madgwick"),
         bias=_bias(a, full),
-        g_matrix=_g_matrix(a.likelihood, full),
+        g_matrix=_g_matrix(a),
         temperature_reference=TEMPERATURE_REFERENCE,
         undecided=_undecided(a),
         notes=tuple(n for n in a.notes if UNDECIDED not in n)
@@ -99,7 +98,7 @@ def _declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
             out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
         elif name in a.selection.effects:
             parameters = effect_parameters(a.likelihood, full, a.selection.effects[name])
-            doubt = not effect_significant(a.likelihood, full, name)
+            doubt = not significant(a, name)
             out[name] = {n: replace(p, in_doubt=doubt) for n, p in parameters.items()}
     return out
 
@@ -123,29 +122,19 @@ def _bias_stderr(a: Analysis, fit: Fit) -> tuple[float, float, float]:
     return out[0], out[1], out[2]
 
 
-def _g_matrix(likelihood: Likelihood, fit: Fit) -> tuple[tuple[float, float, float], ...] | None:
+def _g_matrix(a: Analysis) -> tuple[tuple[float, float, float], ...] | None:
     """G where it is significant; one that is not compensates nothing."""
-    if "g_sensitivity" not in fit.names or not effect_significant(likelihood, fit, "g_sensitivity"):
+    if not significant(a, "g_sensitivity"):
         return None
-    first = likelihood.columns.start["g_sensitivity"]
-    g = fit.beta[first : first + 9].reshape(3, 3)
+    first = a.likelihood.columns.start["g_sensitivity"]
+    g = a.claims.full.beta[first : first + 9].reshape(3, 3)
     return tuple((float(r[0]), float(r[1]), float(r[2])) for r in g)
 
 
-def effect_significant(likelihood: Likelihood, fit: Fit, name: str) -> bool:
-    """Whether the linear parameters of an effect as a whole differ from zero (Wald test).
-
-    As strict as a finding would have to be: drift of the bias imitates weak effects.
-    """
-    own = slice(likelihood.columns.start[name], likelihood.columns.start[name] + likelihood.columns.count[name])
-    beta, covariance, unit = fit.beta[own], fit.covariance[own, own], likelihood.columns.plausible[own]
-    if not len(beta):
-        return True
-    beta, covariance = beta / unit, covariance / unit[:, None] / unit[None]
-    values, vectors = np.linalg.eigh(covariance)
-    good = values < 0.5  # the others are not identified: their error is the plausible size
-    wald = float(np.sum((vectors[:, good].T @ beta) ** 2 / values[good]))
-    return bool(chi2.sf(wald, max(1, int(good.sum()))) < SIGNIFICANT)
+def significant(a: Analysis, name: str) -> bool:
+    """Whether an effect of the full model would be a finding if it were not declared."""
+    full = a.claims.full
+    return name in full.names and a.selection.supported(full, name) and survives(a.selection, full, name)
 
 
 def _summaries(a: Analysis) -> tuple[RunSummary, ...]:

@@ -51,7 +51,7 @@ def judge(selection: Selection, best: Fit) -> Claims:
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif dynamic and not _survives(selection, best, name):
+        elif dynamic and not survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
         else:
             names.append(name)
@@ -83,7 +83,7 @@ def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
     return steps
 
 
-def _survives(selection: Selection, best: Fit, name: str) -> bool:
+def survives(selection: Selection, best: Fit, name: str) -> bool:
     """Whether, on every run left out in turn, the effect fitted on the others gains likelihood in sum."""
     likelihood = selection.likelihood
     dropped = frozenset(n for n in best.names if n == name or name in selection.effects[n].needs)

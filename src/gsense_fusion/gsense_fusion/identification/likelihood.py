@@ -12,8 +12,8 @@ from gsense_fusion.identification.blocks import block_design, block_means, cut_b
 from gsense_fusion.identification.campaign import Campaign, DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.slow import Drift, SlowNoise, initial_drift
-from gsense_fusion.identification.types import FloatArray, IntArray, Owner
+from gsense_fusion.identification.slow import Drift, SlowNoise, estimate_drifts, initial_drift
+from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, Owner
 from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaign
 
 IDENTIFIED_PART = 0.3
@@ -115,7 +115,14 @@ class Likelihood:
             return dict(fit.drift)
         blocks = self.blocks.part(still)
         residual = (self.blocks.rate - self.block_columns(fit.templates) @ fit.beta)[still]
-        return {axis: SlowNoise(blocks, self.slow[axis].white_psd).estimate(residual[:, axis]) for axis in self.slow}
+        slow = {axis: SlowNoise(blocks, model.white_psd) for axis, model in self.slow.items()}
+        return estimate_drifts(slow, residual, self._slow_columns(fit.names, fit.templates, still))
+
+    def _slow_columns(self, names: frozenset[str], templates: Templates, keep: BoolArray) -> dict[int, FloatArray]:
+        """Columns of a model on some blocks in plausible sizes, by axis, shape (b, k)."""
+        index = self.columns.index(names)
+        X = self.block_columns(templates)[keep][:, :, index] * self.columns.plausible[index]
+        return {axis: X[:, axis, :] for axis in self.slow}
 
     def slow_gram(self, templates: Templates, drift: Mapping[int, Drift]) -> Gram:
         """Normal equations of the block means."""
@@ -156,7 +163,7 @@ class Likelihood:
             beta = np.zeros(self.columns.total)
             beta[index] = part
             if not last:
-                drift = self._estimate_drift(X @ beta)
+                drift = self._estimate_drift(names, templates, X @ beta)
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
         loglik = self._fast_loglik(fast, beta) - 0.5 * sum(m.logdet for m in marginals.values())
@@ -164,9 +171,10 @@ class Likelihood:
         delta = differences(grams, marginals, tolerance, beta)
         return Fit(names, templates, loglik, beta, full, rank, drift, delta)
 
-    def _estimate_drift(self, predicted: FloatArray) -> dict[int, Drift]:
-        residual = self.blocks.rate - predicted
-        return {axis: slow.estimate(residual[:, axis]) for axis, slow in self.slow.items()}
+    def _estimate_drift(self, names: frozenset[str], templates: Templates, predicted: FloatArray) -> dict[int, Drift]:
+        everything = np.ones(len(self.blocks), dtype=bool)
+        columns = self._slow_columns(names, templates, everything)
+        return estimate_drifts(self.slow, self.blocks.rate - predicted, columns)
 
     @staticmethod
     def _fast_loglik(gram: Gram, beta: FloatArray) -> float:

@@ -124,6 +124,11 @@ class Selection:
         )
         return 2 * (best.loglik - without.loglik), max(1, lost)
 
+    def supported(self, best: Fit, name: str) -> bool:
+        """Whether the criterion itself wants the effect in the model (then a declared effect counts as significant)."""
+        dropped = frozenset(n for n in best.names if n == name or name in self.effects[n].needs)
+        return self.candidate(best.names).score > self.candidate(best.names - dropped).score
+
     def p_value(self, best: Fit, name: str) -> float:
         """Of the likelihood ratio against the model without the effect."""
         ratio, parameters = self.gain(best, name)

@@ -117,20 +117,49 @@ class SlowNoise:
         logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
         return -0.5 * (quad + logdet)
 
-    def estimate(self, residual: FloatArray) -> Drift:
-        """Drift strengths of maximum marginal likelihood: best point of a grid, then refined."""
-        values = [self._grid_loglik(point, residual) for point in self._grid]
-        best = self._grid[int(np.argmax(values))].strengths
+    def grid_logliks(self, residual: FloatArray, columns: FloatArray) -> FloatArray:
+        """Marginal log-likelihood at every point of the grid of strengths, shape (points,)."""
+        return np.array([-self._absorbed(p.projector, p.logdet, residual, columns)[0] for p in self._grid])
+
+    def strengths(self, point: int) -> Drift:
+        """Strengths at a point of the grid."""
+        return self._grid[point].strengths
+
+    def refine(self, residual: FloatArray, columns: FloatArray, start: Drift, prior: Drift) -> Drift:
+        """Drift strengths of maximum marginal likelihood.
+
+        Args:
+            residual: Block means without the model's prediction, rad/s, shape (b,).
+            columns: Block means of the model's columns in plausible sizes, shape (b, k). They are integrated out, or an
+                effect that has taken up some of the drift would make it look smaller than it is.
+            start: Where to begin.
+            prior: What the other axes say: their logarithms differ by a factor e (standard deviation).
+
+        """
         scale = self.white_psd * np.array([1.0, WALK_SCALE])
         low, high = np.log(scale * GRID[0] / 10.0), np.log(scale * GRID[-1] * 10.0)
+        centre = np.log(np.array([prior.flicker, prior.walk]))
 
         def cost(p: FloatArray) -> tuple[float, FloatArray]:
-            return self._negative(residual, np.exp(p))
+            value, gradient = self._negative(residual, columns, np.exp(p))
+            return value + 0.5 * float(np.sum((p - centre) ** 2)), gradient + (p - centre)
 
-        start = np.log(np.array([best.flicker, best.walk]))
+        first = np.log(np.array([start.flicker, start.walk]))
         bounds = list(zip(low, high, strict=True))
-        found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 12})
+        found = minimize(cost, first, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 12})
         return Drift(float(np.exp(found.x[0])), float(np.exp(found.x[1])))
+
+    @staticmethod
+    def _absorbed(
+        projector: FloatArray, logdet: float, residual: FloatArray, columns: FloatArray
+    ) -> tuple[float, FloatArray]:
+        """Minus the log-likelihood with the columns' parameters integrated out, and the projector that does it."""
+        if columns.shape[1]:
+            px = projector @ columns
+            inner = np.eye(columns.shape[1]) + columns.T @ px
+            projector = projector - px @ np.linalg.solve(inner, px.T)
+            logdet += float(np.linalg.slogdet(inner)[1])
+        return 0.5 * (float(residual @ projector @ residual) + logdet), projector
 
     @cached_property
     def _grid(self) -> list[_GridPoint]:
@@ -143,10 +172,6 @@ class SlowNoise:
                 out.append(_GridPoint(drift, projector, logdet))
         return out
 
-    @staticmethod
-    def _grid_loglik(point: _GridPoint, residual: FloatArray) -> float:
-        return -0.5 * (float(residual @ point.projector @ residual) + point.logdet)
-
     def _projector(self, drift: Drift) -> tuple[FloatArray, float]:
         """P = K^-1 - K^-1 H (H' K^-1 H)^-1 H' K^-1 and ln|K| + ln|H' K^-1 H|."""
         factor = self.factor(drift)
@@ -156,9 +181,10 @@ class SlowNoise:
         logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
         return inverse - ih @ np.linalg.solve(hh, ih.T), logdet
 
-    def _negative(self, residual: FloatArray, strengths: FloatArray) -> tuple[float, FloatArray]:
+    def _negative(self, residual: FloatArray, columns: FloatArray, strengths: FloatArray) -> tuple[float, FloatArray]:
         """Minus the marginal log-likelihood and its gradient by the logarithms of the strengths."""
         projector, logdet = self._projector(Drift(float(strengths[0]), float(strengths[1])))
+        value, projector = self._absorbed(projector, logdet, residual, columns)
         pr = projector @ residual
         gradient = np.array(
             [
@@ -166,7 +192,7 @@ class SlowNoise:
                 for s, kernel in zip(strengths, (self.flicker, self.walk), strict=True)
             ]
         )
-        return 0.5 * (float(residual @ pr) + logdet), gradient
+        return value, gradient
 
     def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:
         """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""
@@ -180,6 +206,26 @@ class SlowNoise:
         full = both.T @ solved[:, :k] - cross.T @ np.linalg.solve(hh, cross)
         p = X.shape[1]
         return Gram(full[:p, :p], full[:p, p], float(full[p, p]), len(y) - self.sessions.shape[1])
+
+
+def estimate_drifts(
+    slow: Mapping[int, SlowNoise], residual: FloatArray, columns: Mapping[int, FloatArray]
+) -> dict[int, Drift]:
+    """Drift strengths of all axes: each its own, drawn towards what all axes of the chip say together.
+
+    Args:
+        slow: Covariances by axis.
+        residual: rad/s, shape (b, 3).
+        columns: By axis the model's columns in plausible sizes, shape (b, k).
+
+    """
+    grids = {axis: s.grid_logliks(residual[:, axis], columns[axis]) for axis, s in slow.items()}
+    pooled = int(np.argmax(np.sum(list(grids.values()), axis=0)))
+    out = {}
+    for axis, s in slow.items():
+        start = s.strengths(int(np.argmax(grids[axis])))
+        out[axis] = s.refine(residual[:, axis], columns[axis], start, s.strengths(pooled))
+    return out
 
 
 def initial_drift(noise: Mapping[int, NoiseModel]) -> dict[int, Drift]:

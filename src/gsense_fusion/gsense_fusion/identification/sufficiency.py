@@ -14,7 +14,7 @@ from scipy.stats import chi2, norm
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
-from gsense_fusion.identification.slow import Drift, SlowNoise
+from gsense_fusion.identification.slow import Drift, SlowNoise, estimate_drifts
 from gsense_fusion.identification.types import AXES, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
@@ -260,13 +260,15 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
         for i, x in steps.items()
     }
     best = max(gains, key=lambda i: gains[i])
-    ratio = 0.0
     size = np.zeros(3)
     for axis, slow in likelihood.slow.items():
         size[axis] = _step_gain(slow, steps[best], residual[:, axis], quiet[axis])[1]
-        without = residual[:, axis] - size[axis] * steps[best]
-        drift = slow.estimate(without)
-        ratio += 2 * (slow.loglik(without, drift) - slow.loglik(residual[:, axis], fit.drift[axis]))
+    without = residual - steps[best][:, None] * size
+    drift = estimate_drifts(likelihood.slow, without, {axis: np.zeros((len(blocks), 0)) for axis in likelihood.slow})
+    ratio = 2 * sum(
+        slow.loglik(without[:, axis], drift[axis]) - slow.loglik(residual[:, axis], fit.drift[axis])
+        for axis, slow in likelihood.slow.items()
+    )
     p = float(min(1.0, len(times) * chi2.sf(max(ratio, 0.0), len(likelihood.slow))))
     if p > alpha:
         return []
