@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .simulator import SessionParameters, sweep_plan
+from .simulator import Disturbance, SessionParameters, simulate, sweep_plan, whitened_energy
 from .simulator.disturbances import OUTSIDE
 from .simulator.energy import scaled
 from .simulator.parameters import ChainParameters, NoiseParameters, ThermalParameters
@@ -40,7 +40,9 @@ def parameters(case: Case) -> SessionParameters:
         seed=case.seed,
         plan=sweep_plan(case.seed),
         rail_shape="spline" if case.seed % 3 == 0 else "arc",
-        noise=replace(base, white=base.white * float(rng.uniform(0.8, 1.3)), relaxation=base.relaxation * rng.uniform(0, 1.5)),
+        noise=replace(
+            base, white=base.white * float(rng.uniform(0.8, 1.3)), relaxation=base.relaxation * rng.uniform(0, 1.5)
+        ),
         thermal=ThermalParameters(
             board_rise_k=float(rng.uniform(3, 9)),
             board_tau_s=float(rng.uniform(80, 250)),
@@ -57,10 +59,19 @@ def parameters(case: Case) -> SessionParameters:
 
 
 def with_disturbances(case: Case) -> SessionParameters:
-    """The parameters with the case's disturbances at its energy (each of a pair alone has it)."""
+    """The parameters with the case's disturbances at its energy (each of a pair alone has it).
+
+    A delay stays between 10 and 50 ms, as in the field: its energy comes by the size of G.
+    """
     bare = parameters(case)
-    found = tuple(scaled(bare, kind, case.energy)[0] for kind in case.kinds)
-    return replace(bare, disturbances=found)
+    found: list[Disturbance] = []
+    if "time_offset" in case.kinds:
+        delay = Disturbance("time_offset", float(np.random.default_rng([case.seed, 78]).uniform(0.01, 0.05)))
+        energy = whitened_energy(simulate(replace(bare, disturbances=(delay,))), simulate(bare))
+        bare = replace(bare, g_typical=bare.g_typical * float(np.sqrt(case.energy / energy)))
+        found.append(delay)
+    found += [scaled(bare, kind, case.energy)[0] for kind in case.kinds if kind != "time_offset"]
+    return replace(bare, disturbances=tuple(found))
 
 
 def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 0) -> list[Case]:
@@ -70,7 +81,9 @@ def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 
         group = "pair" if len(kinds) == 2 else "single" if kinds[0] in SINGLES else "outside"
         levels = LEVELS if group == "single" else LEVELS[1:]
         for i, energy in enumerate(levels):
-            seeds = range(first_seed + 20_000 + 1000 * number + 200 * i, first_seed + 20_000 + 1000 * number + 200 * i + each)
+            seeds = range(
+                first_seed + 20_000 + 1000 * number + 200 * i, first_seed + 20_000 + 1000 * number + 200 * i + each
+            )
             cases += [Case(group, kinds, energy, seed, rate_hz) for seed in seeds]
     order = np.random.default_rng(first_seed).permutation(len(cases))
     return [cases[i] for i in order]

@@ -28,7 +28,7 @@ class Outcome:
     exact: bool = False
     within_rivals: bool = False
     wrong: bool = False
-    """Wrong and confident: `effects_found` though neither the effects named nor their listed rivals are the true ones."""
+    """Wrong and confident: `effects_found` though neither the named effects nor their rivals are the true ones."""
     floor_ratio: float = float("nan")
     """Held-out `full` over the root mean square of the realised noise."""
     stated_floor_ratio: float = float("nan")
@@ -43,7 +43,9 @@ class Outcome:
 
 def analyse(session: Session, settings: Settings | None = None) -> LoopResult:
     """The session through the engine."""
-    return close_loop([(run, Role(role)) for run, role in session.runs], settings or Settings(session.runs[0][0].sensor))
+    return close_loop(
+        [(run, Role(role)) for run, role in session.runs], settings or Settings(session.runs[0][0].sensor)
+    )
 
 
 def judge(case: Case) -> Outcome:

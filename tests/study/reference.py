@@ -1,4 +1,4 @@
-"""The contract's `rate_rms`, written anew from its words: an oracle for the engine's figures and the truth's own noise floor."""
+"""The contract's `rate_rms`, written anew from its words: an oracle for the engine's figures and the true noise floor."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def brick_wall(series: Array, rate_hz: float) -> Array:
 
 
 def held_out_rms(session: Session, errors: Sequence[Array]) -> float:
-    """Root mean square over the held-out runs of errors (one array (n, 3) a run) after the session's bias and the low-pass.
+    """Root mean square over the held-out runs of errors (n, 3), one array a run, after bias and low-pass.
 
     The session's bias is the mean over its fit runs. One session without long gaps is taken for granted.
     """

@@ -23,7 +23,6 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from rich.console import Console  # noqa: E402
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn  # noqa: E402
-
 from tests.study.cases import Case, make_cases  # noqa: E402
 from tests.study.judge import Outcome, judge  # noqa: E402
 from tests.study.table import show  # noqa: E402

@@ -25,24 +25,41 @@ def show(outcomes: Sequence[Outcome], console: Console) -> None:
     if nulls:
         alarms = [o for o in nulls if not o.exact]
         bound = upper_bound(len(alarms), len(nulls))
-        console.print(f"false alarms on null sessions: {len(alarms)} of {len(nulls)} (95 % upper bound {100 * bound:.1f} %)")
+        console.print(
+            f"false alarms on null sessions: {len(alarms)} of {len(nulls)} (95 % upper bound {100 * bound:.1f} %)"
+        )
     console.print(_table(good))
     _figures(good, console)
     for o in [*errors, *(o for o in good if not o.exact)]:
         what = "ERROR" if o.verdict == "error" else o.verdict
         found = ", ".join(o.found)
-        console.print(f"  seed {o.seed} {o.label} lambda {o.energy:g}: {what} [{found}] {o.why}", highlight=False, markup=False)
+        console.print(
+            f"  seed {o.seed} {o.label} lambda {o.energy:g}: {what} [{found}] {o.why}", highlight=False, markup=False
+        )
 
 
 def _table(good: Sequence[Outcome]) -> Table:
     table = Table(title="by effect and whitened energy")
-    for head in ("group", "effect", "lambda", "n", "exact", "with rivals", "missed", "unexplained", "wrong+confident", "full/noise"):
+    for head in (
+        "group",
+        "effect",
+        "lambda",
+        "n",
+        "exact",
+        "with rivals",
+        "missed",
+        "unexplained",
+        "wrong+confident",
+        "full/noise",
+    ):
         table.add_column(head, justify="left" if head in ("group", "effect") else "right")
     for key in sorted({(o.group, o.label, o.energy) for o in good}):
         mine = [o for o in good if (o.group, o.label, o.energy) == key]
         n = len(mine)
         rates = [sum(o.exact for o in mine), sum(o.within_rivals for o in mine)]
-        rates += [sum(o.verdict == v for o in mine) for v in ("nothing_missing", "unexplained")] + [sum(o.wrong for o in mine)]
+        rates += [sum(o.verdict == v for o in mine) for v in ("nothing_missing", "unexplained")] + [
+            sum(o.wrong for o in mine)
+        ]
         cells = [f"{100 * r / n:.0f} %" for r in rates]
         table.add_row(key[0], key[1], f"{key[2]:g}", str(n), *cells, f"{np.median([o.floor_ratio for o in mine]):.3f}")
     return table
@@ -52,21 +69,34 @@ def _figures(good: Sequence[Outcome], console: Console) -> None:
     known = [o for o in good if o.group in ("single", "pair") and o.energy >= 400]
     if known:
         ratio = [o.floor_ratio for o in known]
-        console.print(f"lambda >= 400: full / realised noise: median {np.median(ratio):.3f}, 90th percentile {np.quantile(ratio, 0.9):.3f}")
+        console.print(
+            f"lambda >= 400: full / realised noise: median {np.median(ratio):.3f}, "
+            f"90th percentile {np.quantile(ratio, 0.9):.3f}"
+        )
         removed = [o.removed for o in known if np.isfinite(o.removed)]
         console.print(f"lambda >= 400: removable error removed: median {100 * np.median(removed):.1f} %")
     stated = [o.stated_floor_ratio for o in good]
     if stated:
         low, high = np.quantile(stated, [0.1, 0.9])
-        console.print(f"stated noise floor / realised noise: median {np.median(stated):.3f}, 10 % to 90 % {low:.3f} to {high:.3f}")
+        console.print(
+            f"stated noise floor / realised noise: median {np.median(stated):.3f}, 10 % to 90 % {low:.3f} to {high:.3f}"
+        )
     names = sorted({k for o in known for k in o.z})
     for name in names:
         z = np.array([o.z[name] for o in known if name in o.z])
         inside = np.mean(np.abs(z) < 1.96)
-        console.print(f"95 % interval of {name}: covers {100 * inside:.0f} % of {len(z)}; z mean {z.mean():+.2f}, deviation {z.std():.2f}")
+        console.print(
+            f"95 % interval of {name}: covers {100 * inside:.0f} % of {len(z)}; "
+            f"z mean {z.mean():+.2f}, deviation {z.std():.2f}"
+        )
     outside = [o for o in good if o.group == "outside" and o.energy >= 4000]
     if outside:
         flagged = np.mean([o.verdict == "unexplained" for o in outside])
         alone = np.mean([o.exact for o in outside])
-        console.print(f"outside the catalogue, lambda 4000: flagged {100 * flagged:.0f} %, with no other claim {100 * alone:.0f} %")
-    console.print(f"processor time of one analysis: median {np.median([o.seconds for o in good]):.1f} s" if good else "no session")
+        console.print(
+            f"outside the catalogue, lambda 4000: flagged {100 * flagged:.0f} %, "
+            f"with no other claim {100 * alone:.0f} %"
+        )
+    console.print(
+        f"processor time of one analysis: median {np.median([o.seconds for o in good]):.1f} s" if good else "no session"
+    )

@@ -1,1 +1,1 @@
-"""Tests of the identification on sessions of an independent simulator (tests/study/simulator) and on real recordings."""
+"""Tests of the identification: sessions of an independent simulator (tests/study/simulator) and real recordings."""

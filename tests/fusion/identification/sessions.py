@@ -6,13 +6,13 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from gsense_fusion.bags.run import Run
-from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.result import Finding, LoopResult
-
 from tests.study.judge import analyse
 from tests.study.simulator import Disturbance, PlannedRun, Session, SessionParameters, simulate
 from tests.study.simulator.parameters import DEG, ChainParameters, ThermalParameters
+
+from gsense_fusion.bags.run import Run
+from gsense_fusion.identification.engine import Settings
+from gsense_fusion.identification.result import Finding, LoopResult
 
 SETTINGS = Settings("mpu6050")
 SHORT = (
@@ -25,7 +25,9 @@ SHORT = (
     PlannedRun(6.5, 16.0),
     PlannedRun(3.5, 16.0),
 )
-G = tuple(tuple(x * DEG / 9.80665 for x in row) for row in ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04)))
+G = tuple(
+    tuple(x * DEG / 9.80665 for x in row) for row in ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04))
+)
 BASE = SessionParameters(
     seed=11, plan=SHORT, g_matrix=G, thermal=ThermalParameters(warm_for_s=5.0), chain=ChainParameters(rate_hz=62.5, filter_hz=20.0)
 )  # fmt: skip

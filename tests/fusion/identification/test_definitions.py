@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from tests.study.reference import held_out_rms, measured_rates
 
-from .sessions import BASE, BOW, G, TEMPERATURE, analysed, made
+from .sessions import BASE, BOW, TEMPERATURE, G, analysed, made
 
 
 def test_raw_is_the_bias_alone() -> None:
     session = made(TEMPERATURE, BOW)
-    assert analysed(TEMPERATURE, BOW).rate_rms.raw == pytest.approx(held_out_rms(session, measured_rates(session)), rel=2e-3)
+    assert analysed(TEMPERATURE, BOW).rate_rms.raw == pytest.approx(
+        held_out_rms(session, measured_rates(session)), rel=2e-3
+    )
 
 
 def test_declared_with_the_true_g_comes_to_the_same() -> None:
     """The declared model's G is a fit, so its figure may differ from the true G's by the fit's error alone."""
     session = made()
-    errors = [run.imu.angular_rate - truth.force @ np.array(G).T for (run, _), truth in zip(session.runs, session.truth, strict=True)]
+    errors = [
+        run.imu.angular_rate - truth.force @ np.array(G).T
+        for (run, _), truth in zip(session.runs, session.truth, strict=True)
+    ]
     assert analysed().rate_rms.declared == pytest.approx(held_out_rms(session, errors), rel=0.03)
 
 

@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gsense_fusion.identification.effects import CATALOGUE
-from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.types import Owner
-
 from tests.study.judge import analyse, deviations
 from tests.study.reference import held_out_rms, true_noise
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
+
+from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.engine import Settings
+from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, BOW, LATE, TEMPERATURE, analysed, finding, made, names
 
@@ -45,7 +45,9 @@ def test_null_with_warm_up_at_200_hz() -> None:
 
 
 @pytest.mark.parametrize(
-    ("disturbance", "owner"), [(TEMPERATURE, Owner.SENSOR), (BOW, Owner.RIG), (LATE, Owner.CHAIN)], ids=lambda x: getattr(x, "kind", "")
+    ("disturbance", "owner"),
+    [(TEMPERATURE, Owner.SENSOR), (BOW, Owner.RIG), (LATE, Owner.CHAIN)],
+    ids=lambda x: getattr(x, "kind", ""),
 )
 def test_single_effect(disturbance: Disturbance, owner: Owner) -> None:
     result = analysed(disturbance)

@@ -1,4 +1,4 @@
-"""What must not change the verdict: axes, origin of time, order of runs, losses; and what is said when something lacks."""
+"""What must not change the verdict (axes, origin of time, order of runs, losses), and what is said when data lacks."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gsense_fusion.bags.run import Run
-
 from tests.study.judge import analyse
+
+from gsense_fusion.bags.run import Run
 
 from .sessions import BASE, BOW, SETTINGS, TEMPERATURE, analysed, changed, finding, in_axes, made, names
 
@@ -34,7 +34,9 @@ def test_sensor_axes() -> None:
 
 def test_origin_of_time_and_order_of_runs() -> None:
     session = made(BOW, base=replace(BASE, start_s=86_400.0 * 300))
-    shuffled = replace(session, runs=tuple(session.runs[i] for i in np.random.default_rng(1).permutation(len(session.runs))))
+    shuffled = replace(
+        session, runs=tuple(session.runs[i] for i in np.random.default_rng(1).permutation(len(session.runs)))
+    )
     result, before = analyse(shuffled, SETTINGS), analysed(BOW)
     assert (result.verdict, names(result)) == (before.verdict, names(before))
     for name, p in finding(before, "rail_curvature").parameters.items():

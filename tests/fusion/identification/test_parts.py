@@ -7,6 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+from tests.study.simulator import PlannedRun
+from tests.study.simulator.carriage import drive
+from tests.study.simulator.markov import realise
+from tests.study.simulator.parameters import DEG, ChainParameters
+
 from gsense_fusion.bags.run import ImuSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.integrity import clean_runs, grid_index
@@ -14,12 +20,6 @@ from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.noise import fit_noise
 from gsense_fusion.identification.stillness import distinct_poses, expand_still, still_stretches
 from gsense_fusion.identification.types import IdentificationError, Role
-from scipy.spatial.transform import Rotation
-
-from tests.study.simulator import PlannedRun
-from tests.study.simulator.carriage import drive
-from tests.study.simulator.markov import realise
-from tests.study.simulator.parameters import DEG, ChainParameters
 
 from .sessions import BASE, made
 
@@ -148,7 +148,7 @@ def test_sessions_and_losses() -> None:
 
 def test_too_short_a_run_is_refused_by_name() -> None:
     t = np.arange(0, 1, 0.01)
-    with pytest.raises(IdentificationError, match="stub.*samples"):
+    with pytest.raises(IdentificationError, match=r"stub.*samples"):
         clean_runs([(_imu(t, np.zeros((100, 3)), np.ones((100, 3)), "stub"), Role.FIT)])
 
 
@@ -158,7 +158,9 @@ def _poses(tremor: float, count: int = 8) -> Run:
     rate, force = [], []
     for turn in Rotation.random(count, random_state=2):
         up = turn.inv().apply([0, 0, 9.81])
-        rate.append(2e-3 * rng.standard_normal((400, 3)) + tremor * np.cumsum(rng.standard_normal((400, 3)), axis=0) / 5)
+        rate.append(
+            2e-3 * rng.standard_normal((400, 3)) + tremor * np.cumsum(rng.standard_normal((400, 3)), axis=0) / 5
+        )
         force.append(up + 0.02 * rng.standard_normal((400, 3)))
         rate.append(1.5 * rng.standard_normal((100, 3)))
         force.append(up + 3.0 * rng.standard_normal((100, 3)))

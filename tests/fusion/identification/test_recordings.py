@@ -6,12 +6,12 @@ import json
 
 import numpy as np
 import pytest
+from tests.fusion.bag_data import recordings
+
 from gsense_fusion.bags import load_run
 from gsense_fusion.identification.engine import Settings, close_loop
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
-
-from tests.fusion.bag_data import recordings
 
 pytestmark = pytest.mark.data
 

@@ -1,8 +1,9 @@
 """An independent simulator of rail sessions, to test the identification with.
 
-It shares neither code nor functional forms with the identification or the rig's simulator: the carriage's motion is the solution of
-an equation of motion with belt and friction, the rail a curve in space along which attitude is a rotation matrix, angular rate a
-finite rotation difference, noise a sum of Markov processes. Only the containers of `gsense_fusion.bags.run` are used, for output.
+It shares neither code nor functional forms with the identification or the rig's simulator: the carriage's motion solves
+an equation of motion with belt and friction, the rail is a curve in space along which attitude is a rotation matrix,
+angular rate is a finite rotation difference, noise a sum of Markov processes. Only the containers of
+`gsense_fusion.bags.run` are used, for output.
 """
 
 from __future__ import annotations

@@ -75,7 +75,9 @@ def drive(run: PlannedRun, friction: float) -> Travel:
     """Solve the motion of a run; `friction` is the Coulomb force in N."""
     n = round(run.duration_s / STEP_S)
     t = np.arange(n) * STEP_S
-    reference = run.position + run.amplitude * np.sin(run.angular_frequency * (t - REST_S)) * _envelope(t, run.duration_s)
+    reference = run.position + run.amplitude * np.sin(run.angular_frequency * (t - REST_S)) * _envelope(
+        t, run.duration_s
+    )
     if run.angular_frequency == 0:
         zero = np.zeros(n // OUTPUT_EVERY)
         return Travel(t[::OUTPUT_EVERY][: len(zero)], zero + run.position, zero, zero, zero)

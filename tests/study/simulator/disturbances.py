@@ -1,4 +1,4 @@
-"""What the declared model may lack, each by a physical mechanism of its own: what it adds to the angular rate at 1 kHz."""
+"""What the declared model may lack, each by a physical mechanism: what it adds to the angular rate at 1 kHz."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def temperature(scene: Scene, size: float) -> Array:
 
 
 def rectification(scene: Scene, size: float) -> Array:
-    """A proof mass on an asymmetric spring, x + 0.01 x^2 = a: its displacement's even part. Size in (rad/s)/(m/s^2)^2."""
+    """A proof mass on an asymmetric spring, x + 0.01 x^2 = a: what is not linear. Size in (rad/s)/(m/s^2)^2."""
     soft = 0.01
     x = (np.sqrt(1.0 + 4.0 * soft * scene.travel.acceleration) - 1.0) / (2.0 * soft)
     return np.outer(size / soft * (x - scene.travel.acceleration), scene.direction)
 
 
 def mount_resonance(scene: Scene, size: float) -> Array:
-    """Board rocking on its glue in two modes (3.1 and 11 Hz) under the carriage's acceleration: true rotation. Size in rad/(m/s^2)."""
+    """Board rocking on its glue in two modes (3.1, 11 Hz) under acceleration: true rotation. Size in rad/(m/s^2)."""
     angle = np.zeros_like(scene.travel.acceleration)
     for f0, damping, part in ((3.1, 0.08, 0.7), (11.0, 0.05, 0.3)):
         w = 2 * np.pi * f0
@@ -70,7 +70,7 @@ def jump(scene: Scene, size: float) -> Array:
 
 
 def motion_tone(scene: Scene, size: float) -> Array:
-    """A tone at 17.3 Hz only while the carriage moves (a fan of the amplifier that its current switches on). Size in rad/s."""
+    """A tone at 17.3 Hz only in motion (a fan that the motor's current switches on). Size in rad/s."""
     moving = np.convolve(np.abs(scene.travel.velocity) > 5e-3, np.ones(1001), "same") > 0
     return np.outer(size * np.sin(2 * np.pi * 17.3 * scene.time) * moving, scene.direction)
 

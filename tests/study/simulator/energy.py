@@ -1,4 +1,4 @@
-"""How much of a disturbance this noise lets one see: its whitened energy, what the declared model imitates taken out."""
+"""How much of a disturbance this noise lets one see: whitened energy, without what the declared model imitates."""
 
 from __future__ import annotations
 
@@ -57,14 +57,14 @@ def _average(series: Array, run: RunTruth) -> Array:
 def scaled(parameters: SessionParameters, kind: str, energy: float) -> tuple[Disturbance, float]:
     """A disturbance of (nearly) the wanted whitened energy in this session, and the energy that it has.
 
-    Noise that grows with speed has no signal to whiten: its size is set so that its density at 0.5 m/s is (energy / 4000)^(1/4)
-    of the gyro's white noise, and its energy is nominal.
+    Noise that grows with speed has no signal to whiten: its size is set so that its density at 0.5 m/s is
+    (energy / 4000)^(1/4) of the gyro's white noise, and its energy is nominal.
     """
     if kind == "speed_noise":
         return Disturbance(kind, 2.0 * parameters.noise.white * (energy / 4000) ** 0.25), energy
     reference = simulate(replace(parameters, disturbances=()))
     size, reached = UNIT_SIZE[kind], 0.0
-    for _ in range(2 if kind in ("time_offset", "rail_curvature") else 1):  # the others are linear in their size
+    for _ in range(2 if kind == "rail_curvature" else 1):  # the others are linear in their size
         session = simulate(replace(parameters, disturbances=(Disturbance(kind, size),)))
         reached = whitened_energy(session, reference)
         size *= float(np.sqrt(energy / reached))

@@ -1,4 +1,4 @@
-"""Sums of first-order Markov processes at any instants: their realisations and their exact whitening by a Kalman filter."""
+"""Sums of first-order Markov processes at any instants: realisations, and exact whitening by a Kalman filter."""
 
 from __future__ import annotations
 
@@ -57,6 +57,8 @@ def _whiten(time: Array, tau: Array, sigma: Array, white_variance: float, column
     return out
 
 
-def whiten(time: Array, tau: tuple[float, ...], sigma: tuple[float, ...], white_variance: float, columns: Array) -> Array:
+def whiten(
+    time: Array, tau: tuple[float, ...], sigma: tuple[float, ...], white_variance: float, columns: Array
+) -> Array:
     """Columns (n, p) as the innovations, of unit variance, that the noise's own Kalman filter would see."""
     return np.asarray(_whiten(time, np.array(tau), np.array(sigma), white_variance, np.ascontiguousarray(columns)))

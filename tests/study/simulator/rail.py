@@ -48,7 +48,7 @@ def make_rail(rng: np.random.Generator, shape: str, slope: Array, bend: Array) -
 
 
 def ride(rail: Rail, travel: Travel) -> Felt:
-    """Strapdown kinematics: rate from the rotation between neighbouring instants, specific force from the true attitude."""
+    """Strapdown kinematics: rate from the rotation between instants, specific force from the true attitude."""
     attitude = Rotation.from_rotvec(rail.turn(travel.position))
     before = Rotation.from_rotvec(rail.turn(np.concatenate([travel.position[:1], travel.position[:-1]])))
     after = Rotation.from_rotvec(rail.turn(np.concatenate([travel.position[1:], travel.position[-1:]])))

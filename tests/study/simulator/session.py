@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from gsense_fusion.bags.run import ImuSeries, LinkCounts, PoseSeries, Run, ScalarSeries
 from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter, lfilter_zi
 from scipy.spatial.transform import Rotation
+
+from gsense_fusion.bags.run import ImuSeries, LinkCounts, PoseSeries, Run, ScalarSeries
 
 from . import disturbances as mechanisms
 from .carriage import RATE_HZ, Travel, drive
@@ -104,7 +105,9 @@ def _world(p: SessionParameters, plan: tuple[PlannedRun, ...]) -> tuple[_World, 
     mounting = Rotation.from_rotvec(rng.normal(0, p.mounting_error, 3)) * Rotation.from_matrix(np.array(p.frame))
     starts = np.cumsum([0.0] + [r.duration_s + rng.uniform(3, 8) for r in plan])
     c = p.chain
-    accel = Rotation.from_rotvec(rng.normal(0, c.accel_misalignment, 3)).as_matrix() * (1 + rng.normal(0, c.accel_scale, 3))
+    accel = Rotation.from_rotvec(rng.normal(0, c.accel_misalignment, 3)).as_matrix() * (
+        1 + rng.normal(0, c.accel_scale, 3)
+    )
     world = _World(
         p=p,
         rail=rail,
