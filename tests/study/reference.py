@@ -1,4 +1,4 @@
-"""The contract's `rate_rms`, written anew from its words: an oracle for the engine's figures and the true noise floor."""
+"""The contract's `rate_rms`, written anew from its words: an oracle for the engine's figures and the true floor."""
 
 from __future__ import annotations
 

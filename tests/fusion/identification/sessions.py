@@ -25,7 +25,8 @@ SHORT = (
     PlannedRun(6.5, 16.0),
     PlannedRun(3.5, 16.0),
 )
-G = tuple(
+G_DEG_S_G = ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04))
+G = tuple(tuple(x * DEG / 9.80665 for x in row) for row in G_DEG_S_G)
     tuple(x * DEG / 9.80665 for x in row) for row in ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04))
 )
 BASE = SessionParameters(
