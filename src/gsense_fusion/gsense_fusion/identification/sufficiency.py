@@ -15,7 +15,7 @@ from scipy.stats import chi2, norm
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
 from gsense_fusion.identification.slow import Drift, SlowNoise, estimate_drifts
-from gsense_fusion.identification.types import AXES, FloatArray, IntArray
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 5
@@ -92,7 +92,7 @@ def find_symptoms(likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResi
     return sorted(found, key=lambda s: s.p_value)
 
 
-def _names(mask: FloatArray) -> tuple[str, ...]:
+def _names(mask: BoolArray) -> tuple[str, ...]:
     return tuple(AXES[i] for i in range(3) if mask[i])
 
 
@@ -174,7 +174,7 @@ def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]
         total += w.power[at] * usable[:, None]
         count += usable
         nearest.append((w, at))
-    p = chi2.sf(2 * total, 2 * np.maximum(count, 1)[:, None])
+    p = np.asarray(chi2.sf(2 * total, 2 * np.maximum(count, 1)[:, None]))
     looks = int((count > 1).sum()) * 3
     out = []
     for i, axis in zip(*np.nonzero((p < alpha / max(1, looks)) & (count > 1)[:, None]), strict=True):
