@@ -27,11 +27,13 @@ SHORT = (
 )
 G_DEG_S_G = ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04))
 G = tuple(tuple(x * DEG / 9.80665 for x in row) for row in G_DEG_S_G)
-    tuple(x * DEG / 9.80665 for x in row) for row in ((0.10, 0.03, -0.05), (-0.12, 0.02, 0.08), (0.07, -0.09, 0.04))
-)
 BASE = SessionParameters(
-    seed=11, plan=SHORT, g_matrix=G, thermal=ThermalParameters(warm_for_s=5.0), chain=ChainParameters(rate_hz=62.5, filter_hz=20.0)
-)  # fmt: skip
+    seed=11,
+    plan=SHORT,
+    g_matrix=G,
+    thermal=ThermalParameters(warm_for_s=5.0),
+    chain=ChainParameters(rate_hz=62.5, filter_hz=20.0),
+)
 
 TEMPERATURE = Disturbance("temperature_bias", 0.05 * DEG)
 """rad/s/K; the datasheet's worst case is three times that."""
