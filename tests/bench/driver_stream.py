@@ -18,7 +18,6 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_driver")]
 from tests.driver import wire  # noqa: E402
 
 from gsense_driver.pipeline import Pipeline, PipelineSettings  # noqa: E402
-from gsense_driver.samples import ImuReading  # noqa: E402
 from gsense_driver.stream import FrameStream, Reject  # noqa: E402
 
 FRAME_RATE = 300.0  # of the simulated board, per second of its time
@@ -51,8 +50,8 @@ def faulty(clean: Sequence[bytes]) -> list[bytes]:
     """One packet in ten hit: a bit flipped, bytes cut off, the packet lost or repeated, noise in front of it."""
     random.seed(2)
     out: list[bytes] = []
-    for packet in clean:
-        kind = random.randrange(50)
+    for whole in clean:
+        packet, kind = whole, random.randrange(50)
         if kind == 0:
             at = random.randrange(len(packet))
             packet = packet[:at] + bytes([packet[at] ^ 1 << random.randrange(8)]) + packet[at + 1 :]
@@ -118,9 +117,12 @@ def main() -> int:
         seconds, samples = best(lambda p=pieces, b=bytes_per_s: to_samples(p, b)[0])
         cost[name, "samples"] = seconds / len(data)
         readings = to_samples(pieces, bytes_per_s)[1]
-        print(f"{name:7} bytes to stamped samples: {samples / seconds:9,.0f} samples/s, {readings / seconds:9,.0f} readings/s")
+        print(f"{name:7} bytes to stamped samples: {samples / seconds:9,.0f} samples/s", end="")
+        print(f", {readings / seconds:9,.0f} readings/s")
     for what in ("frames", "samples"):
-        print(f"a byte of the faulty stream costs {cost['faulty', what] / cost['clean', what]:.2f} times as much ({what})")
+        print(
+            f"a byte of the faulty stream costs {cost['faulty', what] / cost['clean', what]:.2f} times as much ({what})"
+        )
     return 0
 
 

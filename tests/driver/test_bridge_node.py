@@ -1,6 +1,8 @@
 """The node in this process, fed through a pseudo-terminal by an encoder of the tests' own."""
 
 import os
+import subprocess
+import sys
 import threading
 import time
 
@@ -17,6 +19,7 @@ from tests.driver import wire  # noqa: E402
 
 from gsense_driver.bridge_node import Bridge  # noqa: E402
 
+DOMAIN = os.environ.get("ROS_DOMAIN_ID", "43")
 TOPICS = {
     "mpu6050/imu/data_raw": Imu,
     "bno055/imu/data_raw": Imu,
@@ -94,11 +97,11 @@ class Rig:
 def rig(tmp_path, monkeypatch):
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", "43")))
+    rclpy.init(context=context, domain_id=int(DOMAIN))
     rig = Rig(tmp_path / "tty", context)
     yield rig
     rig.stop = True
-    rig.node.stop_reading()
+    rig.node.close()
     rig.executor.shutdown()
     rig.node.destroy_node()
     rig.probe.destroy_node()
@@ -175,7 +178,7 @@ def test_a_port_that_vanishes_and_comes_back_elsewhere(rig):
     unwritten = rig.unwritten
     assert unwritten > 0
     assert rig.spin_until(lambda: not thread.is_alive())
-    link = rig.node._pipeline.link
+    link = rig.node._session.pipeline.link
     assert rig.spin_until(lambda: link.counts.received + link.counts.lost == len(frames), 5.0)
     assert link.counts.lost >= unwritten
     assert (link.counts.restarts, link.counts.corrupt) == (0, 0)
@@ -194,3 +197,62 @@ def test_parameters_are_checked_and_live_ones_take_effect(rig):
     thread, _ = rig.play(wire.Board().frames(1.0))
     assert rig.spin_until(lambda: not thread.is_alive() and len(rig.got["mpu6050/imu/data_raw"]) >= 190)
     assert rig.got["mpu6050/imu/data_raw"][-1].header.frame_id == "chip"
+
+
+def written_out(got):
+    """Every message by topic with all digits (raw bytes have random padding), without the raw log's own state."""
+    for message in got["/diagnostics"]:
+        message.status = [status for status in message.status if not status.name.endswith("raw_log")]
+    return {topic: [repr(message) for message in messages] for topic, messages in got.items()}
+
+
+def replay(arguments, rig):
+    """Run the command beside the probe; its exit code, stdout and stderr."""
+    command = [sys.executable, "-m", "gsense_driver.replay", *arguments]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "ROS_DOMAIN_ID": DOMAIN}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
+    rig.spin_until(lambda: process.poll() is not None, 30.0)
+    rig.spin_until(lambda: False, 0.3)
+    out, err = process.communicate(timeout=10)
+    return process.returncode, out, err
+
+
+def test_a_replay_of_the_raw_log_gives_the_live_messages_bit_for_bit(rig, tmp_path):
+    path = tmp_path / "live.raw"
+    (set_path,) = rig.node.set_parameters([Parameter("raw_log", value=str(path))])
+    assert set_path.successful
+    start(rig)
+    for messages in rig.got.values():
+        messages.clear()
+    frames = wire.Board().frames(2.0)
+    frames[250] = (frames[250][0], b"\x55" * 32)
+    thread, _ = rig.play([frame for i, frame in enumerate(frames) if i not in (100, 200)])
+    assert rig.spin_until(lambda: len(rig.got["mpu6050/imu/data_raw"]) > 200)
+    rig.node.set_parameters([Parameter("mpu6050.frame_id", value="chip")])
+    assert rig.spin_until(lambda: not thread.is_alive())
+    rig.spin_until(lambda: False, 1.2)
+    rig.node.close()
+    rig.spin_until(lambda: False, 0.3)
+    live = written_out(rig.got)
+    for messages in rig.got.values():
+        messages.clear()
+    code, out, err = replay([str(path), "--fast", "--ros-args", "-r", "__ns:=/bench"], rig)
+    assert (code, err) == (0, "")
+    assert "2 lost, 1 corrupt" in out
+    again = written_out(rig.got)
+    assert len(live["mpu6050/imu/data_raw"]) > 390
+    for topic, messages in live.items():
+        extra = len(again[topic]) - len(messages)  # of the seconds before the lists were cleared
+        assert extra >= 0
+        assert extra == 0 or topic in ("link", "/diagnostics")
+        assert again[topic][extra:] == messages, topic
+
+
+def test_what_cannot_be_replayed_is_said_in_one_line(rig, tmp_path):
+    (tmp_path / "other").write_bytes(b"some other file")
+    for name, words in (("none", "No such file"), ("other", "is no raw log")):
+        code, _, err = replay([str(tmp_path / name)], rig)
+        assert code == 2
+        assert err.startswith("replay: ")
+        assert words in err
+        assert err.count("\n") == 1

@@ -13,12 +13,12 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 
+from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
 from gsense_driver.messages import Messages
-from gsense_driver.pipeline import Pipeline
 from gsense_driver.port import Connection, SerialPort
-from gsense_driver.report import Reporter
-from gsense_driver.scaling import Scales
+from gsense_driver.raw_log_writer import RawLogWriter
+from gsense_driver.session import Session, header_of
 from gsense_driver.settings import (
     LIVE,
     PARAMETERS,
@@ -42,14 +42,13 @@ class Bridge(LifecycleNode):
         self._declare()
         self._settings: Settings | None = None
         self._messages: Messages | None = None
-        self._pipeline: Pipeline | None = None
+        self._session: Session | None = None
         self._connection: Connection | None = None
-        self._reporter: Reporter | None = None
+        self._raw_log: RawLogWriter | None = None
         self._timer: Any = None
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
         self._reconfigure = threading.Event()
-        self._scales: Scales | None = None
         self.add_on_set_parameters_callback(self._on_parameters)
 
     # Parameters
@@ -99,14 +98,16 @@ class Bridge(LifecycleNode):
         except SettingError as error:
             self.get_logger().error(str(error))
             return TransitionCallbackReturn.FAILURE
+        wall_offset_ns = _wall_offset_ns()
+        if settings.raw_log and not self._open_raw_log(settings, wall_offset_ns):
+            return TransitionCallbackReturn.FAILURE
         self._settings = settings
         if self._messages is None:
-            self._messages = Messages(self)
-        self._pipeline = Pipeline(settings.pipeline, _wall_offset_ns())
+            self._messages = Messages(self.create_lifecycle_publisher)
+        prefix = self.get_fully_qualified_name().lstrip("/")
+        self._session = Session(settings, wall_offset_ns, self._messages, prefix, self._raw_log)
         self._connection = Connection(lambda: SerialPort(settings.port, settings.baud), self._stop.wait, self._say)
-        self._reporter = Reporter(self._pipeline, self._connection)
-        self._reconfigure.set()
-        self._timer = self.create_timer(_REPORT_PERIOD_S, self._report)
+        self._reconfigure.clear()
         return TransitionCallbackReturn.SUCCESS
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -115,6 +116,7 @@ class Bridge(LifecycleNode):
         self._stop.clear()
         self._thread = threading.Thread(target=self._read, name="serial", daemon=True)
         self._thread.start()
+        self._timer = self.create_timer(_REPORT_PERIOD_S, self._report)
         return result
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -123,7 +125,7 @@ class Bridge(LifecycleNode):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Forget the settings, so that every parameter may change."""
+        """Forget the settings, so that every parameter may change; close the raw log."""
         del state
         self._drop()
         return TransitionCallbackReturn.SUCCESS
@@ -131,13 +133,20 @@ class Bridge(LifecycleNode):
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Stop reading, whatever the state."""
         del state
+        self.close()
+        return TransitionCallbackReturn.SUCCESS
+
+    def close(self) -> None:
+        """Stop reading and close port and raw log, from any state and any number of times."""
         self.stop_reading()
         self._drop()
-        return TransitionCallbackReturn.SUCCESS
 
     def stop_reading(self) -> None:
         """End the reading thread and close the port."""
         self._stop.set()
+        if self._timer is not None:
+            self.destroy_timer(self._timer)
+            self._timer = None
         if self._thread is not None:
             self._thread.join(timeout=2.0)
             self._thread = None
@@ -145,10 +154,20 @@ class Bridge(LifecycleNode):
             self._connection.close()
 
     def _drop(self) -> None:
-        if self._timer is not None:
-            self.destroy_timer(self._timer)
-            self._timer = None
+        if self._raw_log is not None:
+            self._raw_log.close()
+            self._raw_log = None
+        self._session = None
         self._settings = None
+
+    def _open_raw_log(self, settings: Settings, wall_offset_ns: int) -> bool:
+        try:
+            self._raw_log = RawLogWriter(settings.raw_log, header_of(settings, wall_offset_ns))
+        except SettingError as error:
+            self.get_logger().error(str(error))
+            return False
+        self.get_logger().info(f"raw log: {self._raw_log.path}")
+        return True
 
     # Work
 
@@ -163,43 +182,33 @@ class Bridge(LifecycleNode):
                 raise
 
     def _read_once(self) -> None:
-        connection, pipeline, messages = self._connection, self._pipeline, self._messages
-        if connection is None or pipeline is None or messages is None:
+        connection, session = self._connection, self._session
+        if connection is None or session is None:
             return
         data = connection.read()
         arrival_ns = time.monotonic_ns()
         if data is None:
-            pipeline.reopened()
+            session.opened(arrival_ns)
         elif data:
-            for reading in pipeline.feed(data, arrival_ns):
-                messages.publish(reading)
-        if self._reconfigure.is_set() or pipeline.sampler.scales is not self._scales:
-            self._take_settings(pipeline, messages)
-
-    def _take_settings(self, pipeline: Pipeline, messages: Messages) -> None:
-        self._reconfigure.clear()
+            session.feed(data, arrival_ns)
         settings = self._settings
-        if settings is None:
-            return
-        pipeline.configure(settings.pipeline)
-        self._scales = pipeline.sampler.scales
-        messages.configure(settings, self._scales)
+        if self._reconfigure.is_set() and settings is not None:
+            self._reconfigure.clear()
+            session.configure(settings, arrival_ns)
 
     def _report(self) -> None:
         """Once a second: wall clock, `link`, `/diagnostics`."""
-        pipeline, messages, reporter, settings = self._pipeline, self._messages, self._reporter, self._settings
-        if pipeline is None or messages is None or reporter is None or settings is None:
+        session, connection = self._session, self._connection
+        if session is None or connection is None:
             return
-        offset = _wall_offset_ns()
-        if abs(offset - pipeline.wall_offset_ns) > _STEP_NS:
-            step_ms = (offset - pipeline.wall_offset_ns) * 1e-6
-            self.get_logger().warning(f"the host's clock was set by {step_ms:+.1f} ms; stamps follow it")
-            pipeline.wall_offset_ns = offset
-        figures = reporter.figures(settings, time.monotonic_ns())
-        now_ns = self.get_clock().now().nanoseconds
-        messages.publish_link(now_ns, figures.counts, reporter.link_fields(figures), settings.unit_id)
-        prefix = self.get_fully_qualified_name().lstrip("/")
-        messages.publish_health(now_ns, prefix, settings.unit_id or "none", reporter.health(figures))
+        offset, was = _wall_offset_ns(), session.pipeline.wall_offset_ns
+        now_ns = time.monotonic_ns()
+        if abs(offset - was) > _STEP_NS:
+            self.get_logger().warning(f"the host's clock was set by {(offset - was) * 1e-6:+.1f} ms; stamps follow it")
+            session.set_wall_offset(offset, now_ns)
+        log = self._raw_log
+        more = () if log is None else (raw_log_health(str(log.path), log.written, log.lost_records, log.problem),)
+        session.report(now_ns, self.get_clock().now().nanoseconds, connection.problem, more)
 
     def _say(self, line: str, warning: bool) -> None:
         settings = self._settings
@@ -263,7 +272,7 @@ def main(args: list[str] | None = None) -> int:
         return 2
     finally:
         if node is not None:
-            node.stop_reading()
+            node.close()
             node.destroy_node()
         rclpy.try_shutdown()
     return 0

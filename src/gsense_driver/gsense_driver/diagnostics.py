@@ -60,6 +60,16 @@ def assess(figures: Figures, seen: frozenset[str]) -> list[Health]:
     return [_link(figures), _clock(figures), *(_sensor(figures, name, name in seen) for name in (MPU, BNO, LISY))]
 
 
+def raw_log_health(path: str, written: int, lost: int, problem: str | None) -> Health:
+    """Entry for a raw log that is being written."""
+    values = {"file": path, "bytes written": str(written), "records lost": str(lost)}
+    if problem is not None:
+        return Health("raw_log", ERROR, f"no longer written: {problem}", values)
+    if lost:
+        return Health("raw_log", WARN, f"{lost} records lost: the disk is too slow", values)
+    return Health("raw_log", OK, f"{written * 1e-6:.1f} MB written", values)
+
+
 def _link(f: Figures) -> Health:
     counts = f.counts
     values = {

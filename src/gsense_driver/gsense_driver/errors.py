@@ -7,3 +7,7 @@ class SettingError(ValueError):
 
 class PortLostError(OSError):
     """The serial port cannot be opened, or went away while it was being read."""
+
+
+class RawLogError(ValueError):
+    """A raw log cannot be read; the message names the file and what is wrong."""

@@ -7,7 +7,6 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from gsense_msgs.msg import LinkStatus, Topics
-from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature
 
@@ -63,8 +62,8 @@ def reported(sensor: str, settings: PipelineSettings) -> tuple[bool, bool]:
 class Messages:
     """Publishers and messages of the node's topics; `publish` takes a reading of any kind."""
 
-    def __init__(self, node: LifecycleNode) -> None:
-        create = node.create_lifecycle_publisher
+    def __init__(self, create: Callable[[type, str, QoSProfile], Any]) -> None:
+        """`create`: of a node, `create_publisher` or `create_lifecycle_publisher`."""
         self._raw = {sensor: create(Imu, f"{sensor}/{Topics.IMU_RAW}", qos(1000)) for sensor in SENSORS}
         self._fused = create(Imu, Topics.BNO055_IMU, qos(500))
         self._mag = create(MagneticField, Topics.BNO055_IMU_MAG, qos(100))

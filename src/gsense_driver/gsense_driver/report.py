@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from gsense_driver.diagnostics import Figures, Health, assess
 from gsense_driver.link import LinkCounts
 from gsense_driver.pipeline import Pipeline
-from gsense_driver.port import Connection
 from gsense_driver.samples import SENSORS, SampleCounts
 from gsense_driver.settings import Settings
 
@@ -27,12 +26,11 @@ class _Snapshot:
 class Reporter:
     """Takes differences between reports."""
 
-    def __init__(self, pipeline: Pipeline, connection: Connection) -> None:
+    def __init__(self, pipeline: Pipeline) -> None:
         self._pipeline = pipeline
-        self._connection = connection
         self._last = self._snapshot(0)
 
-    def figures(self, settings: Settings, now_ns: int) -> Figures:
+    def figures(self, settings: Settings, now_ns: int, port_problem: str | None) -> Figures:
         """Figures for the time since the last call; `now_ns` is of the steady clock of the arrivals."""
         pipeline, last = self._pipeline, self._last
         self._last = new = self._snapshot(now_ns)
@@ -41,7 +39,7 @@ class Reporter:
         silent_s = None if pipeline.last_frame_ns is None else (now_ns - pipeline.last_frame_ns) * 1e-9
         return Figures(
             port=settings.port,
-            port_problem=self._connection.problem,
+            port_problem=port_problem,
             protocol=settings.pipeline.protocol,
             bytes_per_s=(new.bytes_in - last.bytes_in) / span_s,
             frames_per_s=(new.counts.received - last.counts.received) / span_s,

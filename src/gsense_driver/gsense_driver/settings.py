@@ -52,7 +52,9 @@ class Settings:
     orientation_stddev: float  # rad
     lisy_bandwidth_hz: float
     battery_frame_id: str
+    raw_log: str  # path, empty: none
     pipeline: PipelineSettings
+    values: Mapping[str, Value]  # the parameters that it was made of
 
 
 def is_pseudo_terminal(real_path: str) -> bool:
@@ -84,6 +86,7 @@ PARAMETERS: tuple[Parameter, ...] = (
     Parameter("baud", 460800, "baud rate of the serial line", 1200, 4_000_000),
     Parameter("protocol", "binary", "frames of the radio, or the thesis's text lines", choices=("binary", "text")),
     Parameter("unit_id", "", "name of the sensor unit under test; goes into `link` and so into the bags", live=True),
+    Parameter("raw_log", "", "file for every byte with its arrival time, empty: none; an existing one is kept"),
     Parameter("text.columns", list(DEFAULT_COLUMNS), "protocol text: what stands behind the counter; '-' is skipped"),
     Parameter("text.period", 0.04, "protocol text: nominal time from line to line, s", 1e-4, 10.0),
     Parameter("text.counter_bits", 16, "protocol text: width of the counter", 4, 32),
@@ -145,7 +148,9 @@ def make_settings(values: Mapping[str, Value]) -> Settings:
         orientation_stddev=_number(values, "bno055.orientation_stddev"),
         lisy_bandwidth_hz=_number(values, "lisy300.bandwidth_hz"),
         battery_frame_id=str(values["battery.frame_id"]),
+        raw_log=str(values["raw_log"]).strip(),
         pipeline=_pipeline(values, {name: sensor.mounting for name, sensor in sensors.items()}, delay),
+        values=dict(values),
     )
 
 
