@@ -45,7 +45,9 @@ def reveal(told: Telling) -> None:
         console.print("The rail's turning is true rotation: the gyro is right to show it, so it is not compensated.")
     if told.sentence:
         console.print(told.sentence, markup=False)
-    console.print(f"Done in {told.figures['wall_s']:.0f} s. Files:")
+    wall, whole = told.figures["wall_s"], told.figures["wall_since_command_s"]
+    setup = f" ({whole - wall:.0f} s of set-up before)" if whole - wall > 5.0 else ""
+    console.print(f"Done in {wall:.0f} s{setup}. Files:")
     for path in files(told.folder):
         console.print(f"  {path}", markup=False, soft_wrap=True)
 

@@ -256,7 +256,10 @@ class Story:
         outcome: Outcome = compare(read_report(folder.report / "report.json"), hidden)
         truth = {"effect": hidden.kind.name, "value": hidden.value, "unit": hidden.kind.unit}
         folder.write(folder.hidden, {"seed": self._options.seed, **truth, "unit_under_test": self._truth})
-        self._figures.note(wall_s=time.monotonic() - self._setting.command_begun)
+        now = time.monotonic()
+        self._figures.note(
+            wall_s=now - self._setting.graph_begun, wall_since_command_s=now - self._setting.command_begun
+        )
         folder.write(
             folder.summary,
             {
