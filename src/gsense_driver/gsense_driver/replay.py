@@ -31,7 +31,8 @@ from gsense_driver.settings import PARAMETERS, make_settings
 
 _FAST_HZ = 5000.0  # readings per second with --fast: ten times the board's
 _BURST_S = 0.01  # of readings that may come at once
-_TAKE_S = 1.0  # for subscribers to take the last messages
+_SETTLE_S = 0.5  # from the first subscriber found to the last one, and until they know this publisher too
+_TAKE_S = 5.0  # for subscribers to take the last messages
 
 
 def make_session(header: RawLogHeader, outlet: Outlet, prefix: str) -> Session:
@@ -111,6 +112,19 @@ class Throttle(Messages):
             time.sleep(self._due - now)
 
 
+def _await_subscribers(messages: Messages, patience_s: float) -> None:
+    """Wait until there is a subscriber and a moment longer, `patience_s` at most where there is none."""
+    end = time.monotonic() + patience_s
+    while rclpy.ok() and time.monotonic() < end and not _subscribers(messages):
+        time.sleep(0.05)
+    if _subscribers(messages):
+        time.sleep(_SETTLE_S)
+
+
+def _subscribers(messages: Messages) -> int:
+    return sum(publisher.get_subscription_count() for publisher in messages.publishers)
+
+
 def _flush(messages: Messages) -> None:
     """Wait until every reliable subscriber has what was published, `_TAKE_S` at most."""
     end = time.monotonic() + _TAKE_S
@@ -131,7 +145,7 @@ def _options(arguments: Sequence[str]) -> argparse.Namespace:
     parser.add_argument(
         "--fast", action="store_true", help="ten times as fast as the board, or faster where it was slow"
     )
-    parser.add_argument("--wait", type=float, default=1.0, help="seconds for subscribers to be found (1)")
+    parser.add_argument("--wait", type=float, default=3.0, help="seconds to wait for a first subscriber (3)")
     options = parser.parse_args(arguments)
     if not options.rate > 0:
         parser.error("--rate: give a number above 0")
@@ -144,9 +158,7 @@ def _run(node: Node, options: argparse.Namespace) -> None:
         header = read_header(stream, name)
         messages = (Throttle if options.fast else Messages)(node.create_publisher)
         session = make_session(header, messages, node.get_fully_qualified_name().lstrip("/"))
-        end = time.monotonic() + options.wait
-        while rclpy.ok() and time.monotonic() < end:
-            rclpy.spin_once(node, timeout_sec=0.05)
+        _await_subscribers(messages, options.wait)
         pace = Pace(None if options.fast else options.rate)
         play(session, read_records(stream, name), pace, lambda line: node.get_logger().warning(f"{name}: {line}"))
         _flush(messages)
