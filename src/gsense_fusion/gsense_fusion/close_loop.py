@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import inspect
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -36,6 +37,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         written = write_files(result, arguments.out)
     except (BagError, IdentificationError) as error:
         return _fail(str(error))
+    except (ArithmeticError, ValueError, LookupError) as error:
+        if os.environ.get("GSENSE_DEBUG"):
+            raise
+        what = f"{type(error).__name__}: {error}"
+        return _fail(
+            f"{arguments.fit[0]}: the analysis broke down ({what}); GSENSE_DEBUG=1 shows where: please report it"
+        )
     except OSError as error:
         return _fail(f"{error.filename or arguments.out}: {error.strerror or error}; nothing half-written is left")
     print(one_sentence(result))

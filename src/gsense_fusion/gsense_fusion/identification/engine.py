@@ -8,7 +8,13 @@ from dataclasses import replace
 from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
 from gsense_fusion.identification.assembly import assemble
-from gsense_fusion.identification.campaign import Campaign, DriverSource, build_campaign
+from gsense_fusion.identification.campaign import (
+    MIN_MOVING_S,
+    MIN_STILL_S,
+    Campaign,
+    DriverSource,
+    build_campaign,
+)
 from gsense_fusion.identification.claims import judge
 from gsense_fusion.identification.earth import without_earth_rate
 from gsense_fusion.identification.effects.base import Effect, Templates
@@ -50,6 +56,11 @@ def _analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress
         campaign = without_earth_rate(campaign, settings.site)
     if not campaign.fit:
         raise IdentificationError("every run is held out: name runs to fit with --fit")
+    if not any(r.windows for r in campaign.fit):
+        raise IdentificationError(
+            f"{campaign.fit[0].run.path}: the carriage neither moves steadily for {MIN_MOVING_S:g} s nor rests for "
+            f"{MIN_STILL_S:g} s in any run to fit"
+        )
     say("noise at rest", 0.15)
     noise, notes = noise_at_rest(campaign)
     source = DriverSource(campaign)

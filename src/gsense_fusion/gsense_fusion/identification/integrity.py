@@ -16,6 +16,7 @@ from gsense_fusion.identification.types import BoolArray, FloatArray, Identifica
 
 SESSION_GAP_S = 60.0
 MIN_SAMPLES = 200
+LONGEST_RAIL_M = 10.0
 MIN_CLIPPED = 5
 FULL_SCALES_DEG_S = (125.0, 250.0, 300.0, 500.0, 1000.0, 2000.0)
 
@@ -85,6 +86,7 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     imu = run.imu
     if len(imu) < MIN_SAMPLES:
         raise IdentificationError(f"{run.path}: only {len(imu)} samples on {run.topic}; record at least {MIN_SAMPLES}")
+    _check_pose(run)
     index, period = grid_index(imu.stamp_ns)
     n = int(index[-1]) + 1
     if n > 3 * len(imu):
@@ -127,6 +129,20 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         unit_id=run.unit_id,
         notes=run.notes + _clipping_notes(imu.angular_rate, axes),
     )
+
+
+def _check_pose(run: Run) -> None:
+    if run.pose is None:
+        return
+    position = run.pose.position
+    if len(position) < MIN_SAMPLES:
+        raise IdentificationError(
+            f"{run.path}: only {len(position)} encoder positions on rig/pose; record the whole run"
+        )
+    if not np.isfinite(position).all() or float(np.ptp(position)) > LONGEST_RAIL_M:
+        raise IdentificationError(
+            f"{run.path}: rig/pose spans {np.ptp(position):.3g} m, no carriage on a rail does; position.x is in metres"
+        )
 
 
 def grid_index(stamp_ns: IntArray) -> tuple[IntArray, float]:

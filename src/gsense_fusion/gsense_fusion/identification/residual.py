@@ -10,9 +10,11 @@ import numpy as np
 from gsense_fusion.identification.campaign import RunData, Window, slice_drivers
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.types import BoolArray, FloatArray
-from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, whiten, window_bins
+from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, stack, whiten, window_bins
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
+LEVEL_BINS = 60
+"""Bins that say how high the noise is beside a line."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
             if len(window) < 4.0 * data.run.rate_hz:
                 continue
             part = slice_drivers(drivers, window)
-            X = np.concatenate([effect.design(part) for effect in likelihood.effects], axis=2)
+            X = stack(likelihood.effects, part)
             error = data.run.angular_rate[window.start : window.stop] - X @ fit.beta_in(data.mounting_number)
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             rows = project_out_slow(whiten(error[:, :, None], bins), len(window), bins)[:, :, 0]
@@ -74,26 +76,41 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     return out
 
 
-def line_energy(residual: WindowResidual, frequency_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Whitened energy of a sine at any frequency (between bins too) and its squared amplitude, per axis, shape (3,).
+@dataclass(frozen=True)
+class LineEnergy:
+    """A sine in a window's residual, per axis, each of shape (3,)."""
 
-    The energy is chi-square with two degrees of freedom where no line is, over the local level of the noise (never
-    below one: a spectrum that the rest records underestimate must not raise alarms).
+    energy: FloatArray
+    """Whitened energy over the local level of the noise."""
+    calibrated: FloatArray
+    """The same as chi-square with two degrees of freedom where no line is: the level is an estimate from few bins."""
+    amplitude_squared: FloatArray
+    """(rad/s)^2."""
+
+
+def line_energy(residual: WindowResidual, frequency_hz: float) -> LineEnergy:
+    """Energy of a sine at any frequency, between bins too.
+
+    The local level comes from bins that the drive cannot reach; it is never taken below one: a spectrum that the rest
+    records overestimate proves nothing, one that they underestimate must not raise alarms.
     """
     n, rate = len(residual.window), residual.data.run.rate_hz
-    t = np.arange(n) / rate
-    phase = 2 * np.pi * frequency_hz * t
+    phase = 2 * np.pi * frequency_hz * np.arange(n) / rate
     tones = np.repeat(np.stack([np.cos(phase), np.sin(phase)], axis=1)[:, None, :], 3, axis=1)
     rows = project_out_slow(whiten(tones, residual.bins), n, residual.bins)
     data = residual.spectrum.reshape(-1, 3)
-    near = residual.away_from_orders() & (np.abs(residual.frequency - frequency_hz) < max(0.5, 0.5 * frequency_hz))
-    energy, amplitude = np.zeros(3), np.zeros(3)
+    free = np.flatnonzero(residual.away_from_orders())
+    near = free[np.argsort(np.abs(np.log(residual.frequency[free] / frequency_hz)))[:LEVEL_BINS]]
+    energy, calibrated, amplitude = np.zeros(3), np.zeros(3), np.zeros(3)
     for axis in range(3):
         X = rows[:, axis, :]
         if not X.any():
             continue
         beta = np.linalg.solve(X.T @ X, X.T @ data[:, axis])
-        level = max(1.0, float(np.mean(residual.power[near, axis]))) if near.sum() >= 20 else 1.0
+        m = max(len(near), 1)
+        level = max(1.0, float(np.mean(residual.power[near, axis]))) if len(near) else 1.0
         energy[axis] = float(np.sum((X @ beta) ** 2)) / level
+        # F with (2, 2m) degrees of freedom has the tail (1 + F/m)^-m; chi-square with 2 has exp(-x/2)
+        calibrated[axis] = 2 * m * np.log1p(energy[axis] / 2 / m)
         amplitude[axis] = float(beta @ beta)
-    return energy, amplitude
+    return LineEnergy(energy, calibrated, amplitude)

@@ -47,6 +47,8 @@ class OrderEnergy:
     order: FloatArray
     energy: FloatArray
     """Sum over windows, shape (orders, 3)."""
+    calibrated: FloatArray
+    """Chi-square with two degrees of freedom a window where there is only noise, shape (orders, 3)."""
     amplitude_squared: FloatArray
     """Mean over windows of the squared amplitude, (rad/s)^2, shape (orders, 3)."""
     windows: FloatArray
@@ -61,6 +63,7 @@ class OrderEnergy:
 def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
     """Energy at the half-orders 1/2 to 10 of the drive, pooled over the moving windows."""
     energy = np.zeros((len(HALF_ORDERS), 3))
+    calibrated = np.zeros_like(energy)
     square = np.zeros_like(energy)
     count = np.zeros(len(HALF_ORDERS))
     for residual in windows:
@@ -70,11 +73,12 @@ def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
         for i, order in enumerate(HALF_ORDERS):
             f = order * w / (2 * np.pi)
             if residual.frequency[0] <= f <= residual.frequency[-1]:
-                e, a = line_energy(residual, f)
-                energy[i] += e
-                square[i] += a
+                line = line_energy(residual, f)
+                energy[i] += line.energy
+                calibrated[i] += line.calibrated
+                square[i] += line.amplitude_squared
                 count[i] += 1
-    return OrderEnergy(HALF_ORDERS, energy, square / np.maximum(count, 1)[:, None], count)
+    return OrderEnergy(HALF_ORDERS, energy, calibrated, square / np.maximum(count, 1)[:, None], count)
 
 
 def find_symptoms(likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual]) -> list[Symptom]:
@@ -102,12 +106,12 @@ def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: flo
     degrees = 2.0 * orders.windows * len(axes)
     reached = degrees > 0
     p = np.ones(len(orders.order))
-    p[reached] = chi2.sf(orders.energy[reached].sum(axis=1), degrees[reached])
+    p[reached] = chi2.sf(orders.calibrated[reached].sum(axis=1), degrees[reached])
     hits = np.flatnonzero(p < alpha / max(1, int(reached.sum())))
     if not len(hits):
         return []
     strongest = hits[np.argsort(-orders.energy[hits].sum(axis=1))]
-    per_axis = chi2.sf(orders.energy[hits].sum(axis=0), 2.0 * orders.windows[hits].sum())
+    per_axis = chi2.sf(orders.calibrated[hits].sum(axis=0), 2.0 * orders.windows[hits].sum())
     rms = float(np.sqrt(np.sum(orders.amplitude_squared[hits]) / 2.0))
     fastest = max(w.angular_frequency or 0.0 for w in moving)
     text = ", ".join(f"{orders.order[i]:g}" for i in strongest[:5])

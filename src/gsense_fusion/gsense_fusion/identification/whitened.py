@@ -14,7 +14,7 @@ import numpy as np
 from scipy.fft import rfft
 
 from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData, Window, slice_drivers
-from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.base import Drivers, Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
@@ -82,8 +82,12 @@ class Columns:
 
 def design(effects: tuple[Effect, ...], source: DriverSource, data: RunData, templates: Templates) -> FloatArray:
     """All effects' columns on a run's whole grid, shape (n, 3, P)."""
-    drivers = source.of(data, templates)
-    return np.concatenate([effect.design(drivers) for effect in effects], axis=2)
+    return stack(effects, source.of(data, templates))
+
+
+def stack(effects: tuple[Effect, ...], drivers: Drivers) -> FloatArray:
+    """All effects' columns, shape (n, 3, P); P is zero where nothing can be decided."""
+    return np.concatenate([np.zeros((len(drivers), 3, 0)), *(effect.design(drivers) for effect in effects)], axis=2)
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,7 @@ class WhitenedCampaign:
     def rows(self, data: RunData, window: Window, templates: Templates) -> FloatArray:
         """Whitened columns with the measured rate as the last one, shape (rows, P + 1)."""
         drivers = slice_drivers(self._source.of(data, templates), window)
-        X = np.concatenate([effect.design(drivers) for effect in self.effects], axis=2)
+        X = stack(self.effects, drivers)
         y = data.run.angular_rate[window.start : window.stop, :, None]
         both = np.concatenate([X, y], axis=2)
         bins = window_bins(len(window), data.run.rate_hz, self._noise)
