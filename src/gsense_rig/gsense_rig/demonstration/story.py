@@ -94,8 +94,8 @@ class Story:
             since_graph, since_command = now - self._setting.graph_begun, now - self._setting.command_begun
             self._figures.note(first_sample_s=since_graph, first_sample_since_command_s=since_command)
             step.done(
-                f"first sample {since_graph:.1f} s after the start of its first process, {since_command:.1f} s after "
-                f"the command; look on with ROS_DOMAIN_ID={self._setting.domain}"
+                f"first sample {since_graph:.1f} s after its start, {since_command:.1f} s after the command; "
+                f"ROS_DOMAIN_ID={self._setting.domain}"
             )
 
     def _home(self, graph: LiveGraph) -> None:
