@@ -23,6 +23,7 @@ setup(
         "console_scripts": [
             "bridge = gsense_driver.bridge_node:main",
             "board = gsense_driver.board:main",
+            "monitor = gsense_driver.monitor:main",
             "replay = gsense_driver.replay:main",
         ],
     },

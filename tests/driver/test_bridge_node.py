@@ -13,6 +13,7 @@ rclpy = pytest.importorskip("rclpy", reason="rclpy is not installed: run the tes
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from gsense_msgs.msg import LinkStatus  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
+from rclpy.lifecycle import TransitionCallbackReturn  # noqa: E402
 from rclpy.parameter import Parameter  # noqa: E402
 from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature  # noqa: E402
 from tests.driver import wire  # noqa: E402
@@ -20,6 +21,7 @@ from tests.driver import wire  # noqa: E402
 from gsense_driver.bridge_node import Bridge  # noqa: E402
 
 DOMAIN = os.environ.get("ROS_DOMAIN_ID", "43")
+IN_BENCH = ("--ros-args", "-r", "__ns:=/bench")
 TOPICS = {
     "mpu6050/imu/data_raw": Imu,
     "bno055/imu/data_raw": Imu,
@@ -206,9 +208,9 @@ def written_out(got):
     return {topic: [repr(message) for message in messages] for topic, messages in got.items()}
 
 
-def replay(arguments, rig):
-    """Run the command beside the probe; its exit code, stdout and stderr."""
-    command = [sys.executable, "-m", "gsense_driver.replay", *arguments]
+def command_beside(rig, name, *arguments):
+    """Run a command of the package beside the node and the probe; its exit code, stdout and stderr."""
+    command = [sys.executable, "-m", f"gsense_driver.{name}", *arguments]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "ROS_DOMAIN_ID": DOMAIN}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment)
     rig.spin_until(lambda: process.poll() is not None, 30.0)
@@ -236,7 +238,7 @@ def test_a_replay_of_the_raw_log_gives_the_live_messages_bit_for_bit(rig, tmp_pa
     live = written_out(rig.got)
     for messages in rig.got.values():
         messages.clear()
-    code, out, err = replay([str(path), "--fast", "--ros-args", "-r", "__ns:=/bench"], rig)
+    code, out, err = command_beside(rig, "replay", str(path), "--fast", *IN_BENCH)
     assert (code, err) == (0, "")
     assert "2 lost, 1 corrupt" in out
     again = written_out(rig.got)
@@ -251,8 +253,84 @@ def test_a_replay_of_the_raw_log_gives_the_live_messages_bit_for_bit(rig, tmp_pa
 def test_what_cannot_be_replayed_is_said_in_one_line(rig, tmp_path):
     (tmp_path / "other").write_bytes(b"some other file")
     for name, words in (("none", "No such file"), ("other", "is no raw log")):
-        code, _, err = replay([str(tmp_path / name)], rig)
+        code, _, err = command_beside(rig, "replay", str(tmp_path / name))
         assert code == 2
         assert err.startswith("replay: ")
         assert words in err
         assert err.count("\n") == 1
+
+
+def test_the_monitor_finds_the_bridge_in_its_namespace(rig):
+    start(rig)
+    thread, _ = rig.play(wire.Board().frames(6.0))
+    assert rig.spin_until(lambda: len(rig.got["mpu6050/imu/data_raw"]) > 100)
+    code, out, err = command_beside(rig, "monitor", "--once", *IN_BENCH)
+    assert (code, err) == (0, "")
+    assert "frames/s" in out
+    assert "lost 0 corrupt 0" in out
+    assert "ok: " in out
+    rig.stop = True
+    thread.join()
+
+
+def test_deactivated_cleaned_up_and_configured_anew(rig, tmp_path):
+    node, got = rig.node, rig.got["mpu6050/imu/data_raw"]
+    start(rig)
+    thread, _ = rig.play(wire.Board().frames(5.0))
+    assert rig.spin_until(lambda: len(got) > 50)
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert not node._connection.connected
+    rig.spin_until(lambda: False, 0.3)
+    count = len(got)
+    rig.spin_until(lambda: False, 0.5)
+    assert len(got) == count
+    assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    assert rig.spin_until(lambda: len(got) > count + 50)
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    # Unconfigured, every parameter may change, but only to what makes sense.
+    bad = [Parameter("port", value=" "), Parameter("baud", value=5), Parameter("protocol", value="morse")]
+    bad += [Parameter("text.columns", value=["who"]), Parameter("autostart", value=False)]
+    assert [result.successful for result in node.set_parameters(bad)] == [False] * len(bad)
+    other = tmp_path / "other"
+    other.symlink_to(rig.link.resolve())
+    new = [Parameter("port", value=str(other)), Parameter("unit_id", value="unit-8")]
+    assert all(result.successful for result in node.set_parameters(new))
+    assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    count = len(got)
+    assert rig.spin_until(lambda: len(got) > count + 50)
+    assert rig.spin_until(lambda: [m.unit_id for m in rig.got["link"][-1:]] == ["unit-8"], 5.0)
+    rig.stop = True
+    thread.join()
+    assert node.trigger_shutdown() == TransitionCallbackReturn.SUCCESS
+    assert not node._connection.connected
+
+
+def test_a_raw_log_that_cannot_be_made_fails_the_configuring(rig, tmp_path):
+    rig.node.set_parameters([Parameter("raw_log", value=str(tmp_path / "none" / "a.raw"))])
+    assert rig.node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    rig.node.set_parameters([Parameter("raw_log", value="")])
+    assert rig.node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("transport_delay", 0.2),
+        ("transport_delay", float("nan")),
+        ("mpu6050.gyro_range_dps", 300),
+        ("mpu6050.gyro_noise_density", -1.0),
+        ("bno055.gyro_lsb_per_dps", 0.0),
+        ("baud", 9600),
+        ("raw_log", "/tmp/x"),
+        ("port", "/dev/ttyUSB7"),
+    ],
+)
+def test_a_parameter_out_of_range_or_not_live_is_refused_while_configured(rig, name, value):
+    before = rig.node.get_parameter(name).value
+    assert rig.node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+    (result,) = rig.node.set_parameters([Parameter(name, value=value)])
+    assert not result.successful
+    assert result.reason
+    assert rig.node.get_parameter(name).value == before

@@ -12,6 +12,7 @@ from typing import Protocol
 import serial
 
 from gsense_driver.errors import PortLostError
+from gsense_driver.usb_port import find_device
 
 FIRST_PAUSE_S = 0.05
 LONGEST_PAUSE_S = 0.5  # so that streaming resumes within 1 s of the port's return
@@ -28,9 +29,10 @@ class Port(Protocol):
 
 
 class SerialPort:
-    """A port by pyserial: device, pseudo-terminal or URL."""
+    """A port by pyserial: device, pseudo-terminal, URL or USB ids (`usb_port`)."""
 
     def __init__(self, url: str, baud: int, timeout_s: float = 0.1) -> None:
+        url = find_device(url)
         try:
             self._serial = serial.serial_for_url(url, do_not_open=True, baudrate=baud, timeout=timeout_s)
             if "://" not in url:

@@ -13,6 +13,7 @@ from gsense_driver.samples import BNO, LISY, MPU, SENSORS
 from gsense_driver.scaling import DEG, MPU_ACCEL_RANGES_G, MPU_GYRO_RANGES_DPS, G, ScaleSettings
 from gsense_driver.text import DEFAULT_COLUMNS, parse_columns
 from gsense_driver.transport import transport_delay
+from gsense_driver.usb_port import parse_usb
 
 Value = bool | int | float | str | list[str]
 
@@ -82,7 +83,7 @@ def _sensor_parameters(sensor: str, gyro: float, accel: float | None) -> tuple[P
 
 # The transport delay's default depends on port and baud: `default_transport_delay`.
 PARAMETERS: tuple[Parameter, ...] = (
-    Parameter("port", "/dev/ttyUSB0", "device, pseudo-terminal or pyserial URL (hwgrep://VID:PID finds a moved one)"),
+    Parameter("port", "/dev/ttyUSB0", "device, pseudo-terminal, pyserial URL, or usb:VID:PID[:SERIAL]"),
     Parameter("baud", 460800, "baud rate of the serial line", 1200, 4_000_000),
     Parameter("protocol", "binary", "frames of the radio, or the thesis's text lines", choices=("binary", "text")),
     Parameter("unit_id", "", "name of the sensor unit under test; goes into `link` and so into the bags", live=True),
@@ -138,6 +139,7 @@ def make_settings(values: Mapping[str, Value]) -> Settings:
     port = str(values["port"]).strip()
     if not port:
         raise SettingError("port: is empty; give a device such as /dev/ttyUSB0 or a pyserial URL")
+    parse_usb(port)
     sensors = {sensor: _sensor(values, sensor) for sensor in SENSORS}
     return Settings(
         port=port,
