@@ -179,13 +179,23 @@ class BoardClock:
 
     def _gate(self, residual: np.ndarray) -> tuple[np.ndarray, float]:
         """1 for bins near the lower envelope, 0 for those that only held late frames; and the envelope's spread, s."""
-        floor = float(residual.min())
-        spread = max(self.settings.noise_s, float(np.quantile(residual, 0.25)) - floor)
+        ordered = np.sort(residual)
+        floor = float(ordered[0])
+        spread = max(self.settings.noise_s, _quantile(ordered, 0.25) - floor)
         return (residual <= floor + self.settings.gate * spread).astype(float), spread
 
     def _scatter(self, residual: np.ndarray) -> float:
         """Scatter of the bins' minima, s: from their steps, so that an unknown slope does not count."""
         if residual.size < 4:
             return self.settings.noise_s
-        steps = np.diff(residual)
-        return max(self.settings.noise_s, 1.05 * float(np.median(np.abs(steps - np.median(steps)))))
+        steps = residual[1:] - residual[:-1]
+        middle = _quantile(np.sort(steps), 0.5)
+        return max(self.settings.noise_s, 1.05 * _quantile(np.sort(np.abs(steps - middle)), 0.5))
+
+
+def _quantile(ordered: np.ndarray, share: float) -> float:
+    """Quantile of ascending values, between two of them linear: numpy's own takes ten times as long on so few."""
+    place = share * (ordered.size - 1)
+    below = int(place)
+    above = min(below + 1, ordered.size - 1)
+    return float(ordered[below] + (place - below) * (ordered[above] - ordered[below]))

@@ -32,6 +32,11 @@ _BNO_NDOF = Struct(
     "<10hBb"
 )  # 0x1A..0x2D: Euler h r p, quaternion w x y z, linear acceleration; CALIB_STAT, temperature
 
+# The same fields as plain tuples, for the hot path: naming them costs more than unpacking them.
+mpu_registers = _MPU_REGISTERS.unpack_from  # of a type 1 body; `MpuBody` up to gz
+mpu_rest = _MPU_REST.unpack_from  # of a type 1 body from offset 14; `MpuBody` from lisy_sum
+bno_amg_fields = _BNO_AMG.unpack  # `BnoAmgBody`
+
 assert _PAYLOAD.size == PAYLOAD_SIZE  # noqa: S101 - the layout itself, checked at import
 assert _MPU_REGISTERS.size + _MPU_REST.size == _BNO_AMG.size == _STATUS.size == _BNO_NDOF.size == 22  # noqa: S101
 

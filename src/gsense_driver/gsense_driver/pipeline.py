@@ -6,7 +6,7 @@ second), frames are held and then released with right stamps, in order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -44,7 +44,7 @@ class _Source(Protocol):
     @property
     def stream(self) -> FrameStream | TextStream: ...
 
-    def feed(self, data: bytes) -> list[tuple[Frame, Row | None] | Reject]: ...
+    def feed(self, data: bytes) -> Sequence[Frame | tuple[Frame, Row] | Reject]: ...
 
     def readings(self, frame: Frame, row: Row | None, stamp_ns: int) -> list[Reading]: ...
 
@@ -54,8 +54,8 @@ class _Binary:
         self.stream = FrameStream()
         self._sampler = sampler
 
-    def feed(self, data: bytes) -> list[tuple[Frame, Row | None] | Reject]:
-        return [item if isinstance(item, Reject) else (item, None) for item in self.stream.feed(data)]
+    def feed(self, data: bytes) -> list[Frame | Reject]:
+        return self.stream.feed(data)
 
     def readings(self, frame: Frame, row: Row | None, stamp_ns: int) -> list[Reading]:  # noqa: ARG002
         return self._sampler.readings(frame, stamp_ns)
@@ -66,7 +66,7 @@ class _Text:
         self.stream = TextStream(settings.text_columns, settings.text_counter_bits)
         self._sampler = TextSampler(sampler, settings.text_columns, settings.text_period, settings.text_counter_bits)
 
-    def feed(self, data: bytes) -> list[tuple[Frame, Row | None] | Reject]:
+    def feed(self, data: bytes) -> list[tuple[Frame, Row] | Reject]:
         items = self.stream.feed(data)
         return [item if isinstance(item, Reject) else (self._sampler.frame_of(item), item) for item in items]
 
@@ -111,7 +111,9 @@ class Pipeline:
         """Take bytes that had arrived at `arrival_ns` (steady clock); returns the readings that can be stamped now."""
         out: list[Reading] = []
         for item in self._source.feed(data):
-            if isinstance(item, Reject):
+            if isinstance(item, Frame):
+                self._take(item, None, arrival_ns, out)
+            elif isinstance(item, Reject):
                 self.link.rejected(item.size)
                 self.rejects[item.reason] = self.rejects.get(item.reason, 0) + 1
             else:

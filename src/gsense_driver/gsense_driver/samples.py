@@ -18,13 +18,13 @@ from gsense_driver.frames import (
     TYPE_BNO_NDOF,
     TYPE_MPU,
     TYPE_STATUS,
-    BnoAmgBody,
     Frame,
     StatusBody,
-    decode_bno_amg,
+    bno_amg_fields,
     decode_bno_ndof,
-    decode_mpu,
     decode_status,
+    mpu_registers,
+    mpu_rest,
 )
 from gsense_driver.mounting import Mounting, Vector
 from gsense_driver.scaling import Scales, ScaleSettings, scales_before_status, scales_from_status
@@ -115,6 +115,8 @@ class Every:
 
     def due(self, stamp_ns: int) -> bool:
         """Whether something is due at this stamp."""
+        if self._due_ns is not None and 0 < self._due_ns - stamp_ns <= self._period_ns:
+            return False
         if self._due_ns is None or abs(stamp_ns - self._due_ns) > 2 * self._period_ns:
             self._due_ns = stamp_ns
         if stamp_ns < self._due_ns:
@@ -181,7 +183,7 @@ class Sampler:
         if kind == TYPE_MPU:
             return self._mpu(frame, stamp_ns)
         if kind == TYPE_BNO_AMG:
-            return self._bno_amg(frame.body, decode_bno_amg(frame.body), stamp_ns)
+            return self._bno_amg(frame.body, stamp_ns)
         return self._bno_ndof(frame.body, stamp_ns)
 
     def _rescale(self) -> None:
@@ -204,7 +206,8 @@ class Sampler:
         return v if mounting is None else mounting.apply(v)
 
     def _mpu(self, frame: Frame, stamp_ns: int) -> list[Reading]:
-        ax, ay, az, raw_t, gx, gy, gz, lisy, battery_mv, given_up, i2c, retries, _ = decode_mpu(frame.body)
+        ax, ay, az, raw_t, gx, gy, gz = mpu_registers(frame.body)
+        lisy, battery_mv, given_up, i2c, retries, _ = mpu_rest(frame.body, 14)
         board = self.board
         board.radio_given_up, board.i2c_errors, board.retransmissions = given_up, i2c, retries
         board.battery_v, board.battery_low = battery_mv * 1e-3, bool(frame.flags & FLAG_BATTERY_LOW)
@@ -223,8 +226,9 @@ class Sampler:
             out.append(BatteryReading(stamp_ns, board.battery_v, board.battery_low))
         return out
 
-    def _bno_amg(self, body: bytes, counts: BnoAmgBody, stamp_ns: int) -> list[Reading]:
-        stamp_ns -= counts.age_us * 1000
+    def _bno_amg(self, body: bytes, stamp_ns: int) -> list[Reading]:
+        ax, ay, az, mx, my, mz, gx, gy, gz, calib_stat, temperature, age_us = bno_amg_fields(body)
+        stamp_ns -= age_us * 1000
         inertial = body[0:6] + body[12:18]
         if inertial == self._last_inertial:
             self.counts.repeated += 1
@@ -233,15 +237,16 @@ class Sampler:
         self._last_bno_ns = stamp_ns
         scales = self._scales
         a, g, m = scales.bno_accel, scales.bno_gyro, scales.bno_mag
-        force = self.mounted(BNO, (a * counts.ax, a * counts.ay, a * counts.az))
-        rate = self.mounted(BNO, (g * counts.gx, g * counts.gy, g * counts.gz))
+        force, rate = (a * ax, a * ay, a * az), (g * gx, g * gy, g * gz)
+        if self._mountings:
+            force, rate = self.mounted(BNO, force), self.mounted(BNO, rate)
         self.counts.samples[BNO] += 1
         out: list[Reading] = [ImuReading(BNO, stamp_ns, rate, force)]
         field_bytes = body[6:12]
         if field_bytes != self._last_field:
             self._last_field = field_bytes
-            out.append(FieldReading(stamp_ns, self.mounted(BNO, (m * counts.mx, m * counts.my, m * counts.mz))))
-        self._bno_common(out, stamp_ns, counts.calib_stat, counts.temperature)
+            out.append(FieldReading(stamp_ns, self.mounted(BNO, (m * mx, m * my, m * mz))))
+        self._bno_common(out, stamp_ns, calib_stat, temperature)
         return out
 
     def _bno_ndof(self, body: bytes, stamp_ns: int) -> list[Reading]:
