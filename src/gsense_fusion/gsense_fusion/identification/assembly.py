@@ -27,7 +27,7 @@ from gsense_fusion.identification.metrics import (
 )
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
-from gsense_fusion.identification.selection import Selection, template_stderr
+from gsense_fusion.identification.selection import Selection, refinement_variance, template_stderr
 from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 
@@ -79,8 +79,9 @@ def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[
     """Linear parameters with their errors, then the searched ones."""
     first = likelihood.columns.start[effect.name]
     out = {}
+    spread = refinement_variance(likelihood, fit, effect)
     for i, parameter in enumerate(effect.parameters):
-        stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0)))
+        stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0) + spread[first + i]))
         out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
     for template in effect.templates:
         value = float(getattr(fit.templates, template.field))

@@ -9,7 +9,7 @@ import numpy as np
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
 from gsense_fusion.identification.residual import residuals
-from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection
+from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection, template_sound
 from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, order_energy
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
@@ -51,6 +51,8 @@ def judge(selection: Selection, best: Fit) -> Claims:
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
+        elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if t.owns_effect):
+            notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
         elif dynamic and not survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
         else:

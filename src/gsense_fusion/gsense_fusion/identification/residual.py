@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gsense_fusion.identification.campaign import RunData, Window, slice_drivers
+from gsense_fusion.identification.effects.base import Drivers
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.types import BoolArray, FloatArray
 from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, stack, whiten, window_bins
@@ -72,8 +73,27 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
             error = data.run.angular_rate[window.start : window.stop] - X @ fit.beta_in(data.mounting_number)
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             rows = project_out_slow(whiten(error[:, :, None], bins), len(window), bins)[:, :, 0]
-            out.append(WindowResidual(data, window, bins, rows.reshape(2, -1, 3)))
+            result = WindowResidual(data, window, bins, rows.reshape(2, -1, 3))
+            felt = _felt_beyond_the_drive(likelihood, fit, result, part)
+            out.append(replace(result, spectrum=result.spectrum - felt))
     return out
+
+
+def _felt_beyond_the_drive(likelihood: Likelihood, fit: Fit, residual: WindowResidual, part: Drivers) -> FloatArray:
+    """G times what the accelerometer feels away from the drive's orders (a belt that rings), whitened, shape (2, m, 3).
+
+    The encoder's harmonics do not reach there; it is the declared G f all the same, and no symptom.
+    """
+    data, window, bins = residual.data, residual.window, residual.bins
+    if "g_sensitivity" not in fit.names or part.specific_force is None or not window.moving:
+        return np.zeros_like(residual.spectrum)
+    first = likelihood.columns.start["g_sensitivity"]
+    G = fit.beta_in(data.mounting_number)[first : first + 9].reshape(3, 3)
+    felt = data.run.specific_force[window.start : window.stop] - part.specific_force
+    late = np.exp(-2j * np.pi * bins.frequency * fit.templates.gyro_delay_s)
+    spectrum = np.fft.rfft(felt, axis=0)[bins.keep] * (late * residual.away_from_orders())[:, None]
+    white = (spectrum @ G.T) * bins.weight
+    return np.stack([white.real, white.imag])
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
 from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.types import FloatArray
 
 MAX_EFFECTS = 6
 RIVAL_LOGLIK = 10.0
 """Effects within this of twice the log-likelihood cannot be told apart."""
-FIRST_GUESS = 3
+SOUND_SIGMA = 2.6
 
 
 @dataclass(frozen=True)
@@ -144,6 +145,33 @@ class Selection:
             if 2 * (best.loglik - self.candidate(swapped).fit.loglik) < RIVAL_LOGLIK:
                 out.append(other)
         return out
+
+
+def refinement_variance(likelihood: Likelihood, fit: Fit, effect: Effect) -> FloatArray:
+    """What the uncertainty of an effect's refinements (the lag of a temperature) adds to the parameters' variances.
+
+    Returns:
+        Variance of each column's coefficient, shape (P,).
+
+    """
+    out = np.zeros(len(fit.beta))
+    for template in effect.templates:
+        if template.owns_effect or effect.name not in fit.names:
+            continue
+        known = template_stderr(likelihood, fit, template)
+        sigma = 1.0 / np.sqrt(1.0 / known**2 + 1.0 / template.plausible**2)
+        value = min(float(getattr(fit.templates, template.field)) + sigma, template.upper)
+        moved = likelihood.evaluate(fit.names, replace(fit.templates, **{template.field: value}), fit)
+        out += (moved.beta - fit.beta) ** 2
+    return out
+
+
+def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
+    """Whether a searched parameter is significant and not at the end of its range (a local optimum is no finding)."""
+    value = float(getattr(fit.templates, template.field))
+    margin = 0.01 * (template.upper - template.lower)
+    inside = template.lower + margin < value < template.upper - margin
+    return inside and abs(value) > SOUND_SIGMA * template_stderr(likelihood, fit, template)
 
 
 def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> float:

@@ -55,6 +55,8 @@ class TemplateSpec:
     grid: tuple[float, ...]
     lower: float
     upper: float
+    plausible: float
+    """How far off nobody would wonder at, in the unit: what is assumed where the data does not tell."""
     owns_effect: bool = False
     """The effect exists by this parameter alone (time_offset); else it refines one (lag of temperature_bias)."""
 

@@ -28,6 +28,7 @@ class TimeOffset(Effect):
             tuple(float(x) for x in np.linspace(-0.03, 0.09, 25)),
             -0.05,
             0.15,
+            0.02,
             owns_effect=True,
         ),
     )
