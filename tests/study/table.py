@@ -61,6 +61,8 @@ def _table(good: Sequence[Outcome]) -> Table:
             sum(o.wrong for o in mine)
         ]
         cells = [f"{100 * r / n:.0f} %" for r in rates]
+        if key[0] == "null":
+            cells[2] = "-"  # nothing to miss
         table.add_row(key[0], key[1], f"{key[2]:g}", str(n), *cells, f"{np.median([o.floor_ratio for o in mine]):.3f}")
     return table
 
