@@ -236,7 +236,8 @@ def main() -> int:
         f = soak(t, pulls, options.raw_log)
         print(
             f"cable pulled {options.pulls} times: streaming again {f['returned']} times, "
-            f"after {f['pull_s']:.2f} s at worst (target {TARGETS['pull_s']}); bridge alive: {bool(f['alive'])}, restarts counted {f['restarts']}"
+            f"after {f['pull_s']:.2f} s at worst (target {TARGETS['pull_s']}); "
+            f"bridge alive: {bool(f['alive'])}, restarts counted {f['restarts']}"
         )
         good &= f["returned"] == options.pulls and f["pull_s"] < TARGETS["pull_s"] and bool(f["alive"])
     print("targets met" if good else "TARGETS MISSED")
