@@ -8,6 +8,10 @@
 #include "lisy300.h"
 
 #define SECOND_US 1000000u
+#define RADIO_AGAIN_US 100u
+
+/* Jobs without which the board is not alive. */
+#define VITAL_JOBS ((1u << JOB_MPU) | (1u << JOB_BNO_READ) | (1u << JOB_STATUS) | (1u << JOB_VERIFY) | (1u << JOB_RADIO_VERIFY))
 
 void board_init(board *b, const board_profile *profile, uint8_t bno_mode)
 {
@@ -26,6 +30,9 @@ void board_init(board *b, const board_profile *profile, uint8_t bno_mode)
     scheduler_disarm(&b->slots, JOB_STATUS); /* the set-up of the MPU brings the first one; without it the first second does */
     scheduler_arm(&b->slots, JOB_MPU_SETUP, now + SETUP_RETRY_US);
     scheduler_arm(&b->slots, JOB_BNO_SETUP, now);
+    nrf24_init(&b->radio, &radio_config, NRF24_TRANSMITTER);
+    scheduler_arm(&b->slots, JOB_RADIO_SETUP, now);
+    alive_init(&b->jobs, VITAL_JOBS, now);
 }
 
 static uint8_t flags(const board *b, bool failed)
@@ -37,27 +44,13 @@ static uint8_t flags(const board *b, bool failed)
 /* A chip that is still being set up in the first second sends nothing; after that, frames that say "read failed". */
 static bool worth_a_frame(const board *b, bool ready) { return b->announced && (ready || b->uptime_s != 0u); }
 
-static void collect_radio(board *b)
-{
-    if (!b->radio_busy) {
-        return;
-    }
-    const hal_radio_result result = hal_radio_finish();
-    b->radio_busy = false;
-    b->retransmissions = result.retransmissions;
-    if (result.given_up) {
-        count_u8(&b->radio_given_up);
-    }
-}
-
 static void hand_over(board *b, uint8_t frame[FRAME_SIZE], uint8_t type, bool failed, uint32_t time_us)
 {
     const frame_header header = {type, flags(b, failed), b->sequence, time_us};
     frame_close(frame, &header);
-    collect_radio(b);
-    hal_radio_send(frame);
-    b->radio_busy = true;
-    ++b->sequence;
+    nrf24_make_room(&b->radio); /* waits only where retries made the frames before late */
+    nrf24_send(&b->radio, frame);
+    ++b->sequence; /* also where the radio gave it up at once: the gap tells of it */
 }
 
 static void run_mpu(board *b)
@@ -70,9 +63,9 @@ static void run_mpu(board *b)
     const bool good = mpu6050_read(&b->mpu, registers);
     const uint16_t lisy = lisy300_sum();
     battery_read(&b->cell);
-    collect_radio(b);
+    (void)nrf24_busy(&b->radio); /* books how the frame before went */
     const frame_mpu body = {registers,         lisy,          b->cell.millivolt,
-                            b->radio_given_up, b->bus.errors, b->retransmissions};
+                            b->radio.given_up, b->bus.errors, b->radio.retransmissions};
     frame_put_mpu(b->frame, &body);
     hand_over(b, b->frame, FRAME_MPU, !good, start);
 }
@@ -177,6 +170,14 @@ static void run_setup(board *b, uint8_t job)
     }
 }
 
+static void run_radio_setup(board *b)
+{
+    const uint32_t wait = nrf24_setup_step(&b->radio);
+    if (wait != 0u) {
+        scheduler_arm(&b->slots, JOB_RADIO_SETUP, hal_micros() + wait);
+    }
+}
+
 static void run_job(board *b, uint8_t job)
 {
     switch (job) {
@@ -201,6 +202,16 @@ static void run_job(board *b, uint8_t job)
     case JOB_VERIFY:
         run_verify(b);
         break;
+    case JOB_RADIO_VERIFY:
+        if (nrf24_busy(&b->radio)) {
+            scheduler_arm(&b->slots, job, hal_micros() + RADIO_AGAIN_US);
+        } else {
+            (void)nrf24_verify(&b->radio);
+        }
+        break;
+    case JOB_RADIO_SETUP:
+        run_radio_setup(b);
+        break;
     case JOB_MPU_SETUP:
     case JOB_BNO_SETUP:
         run_setup(b, job);
@@ -221,7 +232,7 @@ static void keep_time(board *b, uint32_t now)
     }
 }
 
-/* Chips that fell out of READY get their set-up job back. */
+/* Chips and a radio that fell out of READY get their set-up job back. */
 static void mind_chips(board *b, uint32_t now)
 {
     if (b->mpu.state != MPU_READY && !b->slots.armed[JOB_MPU_SETUP]) {
@@ -229,6 +240,9 @@ static void mind_chips(board *b, uint32_t now)
     }
     if (b->bno.state != BNO_READY && !b->slots.armed[JOB_BNO_SETUP]) {
         scheduler_arm(&b->slots, JOB_BNO_SETUP, now);
+    }
+    if (b->radio.state != NRF24_READY && !b->slots.armed[JOB_RADIO_SETUP]) {
+        scheduler_arm(&b->slots, JOB_RADIO_SETUP, now);
     }
 }
 
@@ -238,9 +252,12 @@ uint32_t board_step(board *b)
     keep_time(b, now);
     const uint8_t job = scheduler_take(&b->slots, now);
     if (job != SCHEDULER_NONE) {
+        alive_ran(&b->jobs, job);
         run_job(b, job);
         mind_chips(b, hal_micros());
     }
-    hal_watchdog_kick();
+    if (alive_check(&b->jobs, hal_micros())) {
+        hal_watchdog_kick();
+    }
     return scheduler_next(&b->slots, hal_micros());
 }

@@ -9,11 +9,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "alive.h"
 #include "battery.h"
 #include "bno055.h"
 #include "frame.h"
 #include "i2c.h"
 #include "mpu6050.h"
+#include "nrf24.h"
 #include "sample_clock.h"
 #include "scheduler.h"
 
@@ -26,8 +28,10 @@ enum {
     JOB_STATUS,     /* STATUS frame */
     JOB_BNO_HEALTH, /* temperature, calibration state */
     JOB_VERIFY,     /* are the chips still configured as set? */
+    JOB_RADIO_VERIFY, /* and is the radio? */
     JOB_MPU_SETUP,
-    JOB_BNO_SETUP
+    JOB_BNO_SETUP,
+    JOB_RADIO_SETUP
 };
 
 typedef struct {
@@ -36,6 +40,7 @@ typedef struct {
     bno055_config bno;
 } board_profile;
 
+extern const nrf24_config radio_config; /* board and receiver */
 extern const board_profile board_profile_default; /* MPU 200 Hz, BNO 100 Hz */
 extern const board_profile board_profile_fast;    /* MPU 500 Hz, BNO 100 Hz */
 
@@ -46,13 +51,12 @@ typedef struct {
     bno055 bno;
     sample_clock bno_clock;
     battery cell;
+    nrf24 radio;
+    alive jobs;
     scheduler slots;
     uint16_t sequence;
     uint32_t uptime_s;
     uint32_t uptime_mark_us;
-    uint8_t radio_given_up;
-    uint8_t retransmissions;
-    bool radio_busy;
     bool announced; /* a STATUS frame with a set-up MPU went out: scales are known to the other side */
     bool bno_pending;
     bool bno_failed;

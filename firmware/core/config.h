@@ -3,7 +3,7 @@
 #define GSENSE_CONFIG_H
 
 #define FIRMWARE_MAJOR 0u
-#define FIRMWARE_MINOR 2u
+#define FIRMWARE_MINOR 3u
 
 /* I2C: one transfer is 18 bytes at most (0.5 ms at 400 kHz); the BNO055 stretches the clock for up to about 1 ms more. */
 #define I2C_DEADLINE_US 2500u
@@ -33,6 +33,19 @@
 #define BATTERY_DIVIDER 2u
 #define BATTERY_LOW_MV 3300u
 #define BATTERY_GOOD_MV 3400u /* hysteresis: low ends here */
+
+/* nRF24L01+: 2 Mbit/s, 16-bit CRC, 5-byte address, above the busiest WLAN channels. Board and receiver share it. */
+#define RADIO_CHANNEL 100u /* 2500 MHz: look at the band limits of your country */
+#define RADIO_ADDRESS {0x67u, 0x73u, 0x6Eu, 0x73u, 0x31u}
+#define RADIO_RETRIES 3u  /* ARD 250 us: at most 1.8 ms a frame */
+#define RADIO_AUTO_ACK true /* false for clones without it */
+#define RADIO_TIMEOUT_US 2500u /* a frame not through by then: the chip is stuck */
+
+/* Receiver: 600 frames/s for 50 ms are 30 payloads; 3 more wait in the chip. */
+#define RECEIVER_RING 40u
+
+/* The watchdog is kicked while every periodic job ran in the last window; longer than the slowest one's period. */
+#define WATCHDOG_WINDOW_US 1500000u
 
 #define STARTED_FLAG_US 1000000u /* flag bit 1 is set for this long after the start */
 

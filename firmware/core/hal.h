@@ -6,13 +6,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define RADIO_PAYLOAD 32u
-
 typedef enum {
     HAL_OK = 0,
     HAL_NACK,    /* nobody answered, or the chip refused a byte */
     HAL_TIMEOUT, /* not finished by its deadline (clock stretched too long) */
-    HAL_STUCK    /* SDA or SCL held low: needs hal_i2c_recover */
+    HAL_STUCK    /* SDA or SCL held low: the lines have to be freed first (i2c.c does it) */
 } hal_status;
 
 typedef enum { HAL_ADC_LISY = 0, HAL_ADC_BATTERY } hal_adc_channel;
@@ -26,27 +24,31 @@ typedef enum { /* byte 18 of the STATUS frame */
     RESET_SOFTWARE
 } reset_cause;
 
-typedef struct {
-    bool given_up;           /* all retries of the frame failed; the radio is ready for the next one */
-    uint8_t retransmissions; /* of that frame, 0 to 15 */
-} hal_radio_result;
-
 /* Free-running timer, wraps at 2^32 us. */
 uint32_t hal_micros(void);
 
 /* One write of the register number, repeated start, one read of `length` bytes, all within `deadline_us`. */
 hal_status hal_i2c_read(uint8_t address, uint8_t reg, uint8_t *data, uint8_t length, uint16_t deadline_us);
 hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint8_t length, uint16_t deadline_us);
-/* Nine clocks, STOP, peripheral set up anew. */
-void hal_i2c_recover(void);
+/* Both lines as open-drain pins, away from the peripheral (true: released); waits half a clock (5 us at least) and returns
+ * whether SDA reads high. */
+bool hal_i2c_drive(bool scl, bool sda);
+/* The lines back to the peripheral, which is set up anew. */
+void hal_i2c_restart(void);
 
 /* One 10-bit conversion, 0 to 1023. */
 uint16_t hal_adc_read(hal_adc_channel channel);
 
-/* The radio works beside the CPU: `send` hands a payload over, `finish` waits (bounded by the radio's own retries, 1.7 ms)
- * until it is through and tells how it went. `finish` comes before the next `send`. */
-void hal_radio_send(const uint8_t payload[RADIO_PAYLOAD]);
-hal_radio_result hal_radio_finish(void);
+/* nRF24L01+: one SPI transaction (mode 0, 2 MHz at most, MSB first): CSN low, command, `length` bytes, CSN high. Returns
+ * the STATUS register that the chip shifts out during the command. */
+uint8_t hal_radio_write(uint8_t command, const uint8_t *data, uint8_t length);
+uint8_t hal_radio_read(uint8_t command, uint8_t *data, uint8_t length);
+void hal_radio_ce(bool high);
+/* True while the chip's IRQ line is low. */
+bool hal_radio_irq(void);
+
+/* Only the receiver has it: takes as many bytes as find room at once, never waits. Returns their number. */
+uint8_t hal_serial_write(const uint8_t *data, uint8_t length);
 
 void hal_watchdog_kick(void);
 reset_cause hal_reset_cause(void);

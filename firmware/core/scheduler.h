@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define SCHEDULER_JOBS 9u
+#define SCHEDULER_JOBS 11u
 #define SCHEDULER_NONE 0xFFu
 #define SCHEDULER_PATIENCE_US 20000u
 

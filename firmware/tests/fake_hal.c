@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "bench.h"
+#include "board.h"
 #include "config.h"
 
 fake_hal fake;
@@ -13,6 +14,15 @@ void fake_reset(void)
     chips_power_on(&fake.registers, 0);
     fake.adc[HAL_ADC_LISY] = 512;
     fake.adc[HAL_ADC_BATTERY] = 605;
+    air_init(&fake.air, 1);
+    fake.receiver_reads = true;
+    fake.in_receiver = true;
+    nrf24 listener;
+    nrf24_init(&listener, &radio_config, NRF24_RECEIVER);
+    while (nrf24_setup_step(&listener) != 0) {
+    }
+    fake.in_receiver = false;
+    fake.time_us = 0;
 }
 
 static hal_status fault(uint8_t address)
@@ -23,6 +33,8 @@ static hal_status fault(uint8_t address)
     }
     return address == MPU_ADDRESS ? fake.fail_mpu : fake.fail_bno;
 }
+
+static void spend(uint64_t us) { fake.time_us += fake.frozen ? 0u : us; }
 
 uint32_t hal_micros(void) { return fake.start_us + (uint32_t)fake.time_us; }
 
@@ -53,7 +65,18 @@ hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint
     return chips_write(&fake.registers, address, reg, data, length, fake.time_us * 1000u) ? HAL_OK : HAL_NACK;
 }
 
-void hal_i2c_recover(void) { ++fake.recoveries; }
+bool hal_i2c_drive(bool scl, bool sda)
+{
+    spend(5);
+    if (scl && !fake.scl) {
+        ++fake.scl_clocks;
+        fake.sda_clocks -= fake.sda_clocks > 0 ? 1u : 0u;
+    }
+    fake.scl = scl;
+    return sda && fake.sda_clocks == 0 && !fake.sda_short;
+}
+
+void hal_i2c_restart(void) { ++fake.recoveries; }
 
 uint16_t hal_adc_read(hal_adc_channel channel)
 {
@@ -61,19 +84,74 @@ uint16_t hal_adc_read(hal_adc_channel channel)
     return fake.adc[channel];
 }
 
-void hal_radio_send(const uint8_t payload[RADIO_PAYLOAD])
+static void advance_air(void)
 {
-    fake.radio_overruns += fake.radio_busy ? 1u : 0u;
-    fake.radio_busy = true;
-    memcpy(fake.frames[fake.sent % FAKE_FRAMES], payload, FRAME_SIZE);
-    ++fake.sent;
-    fake.time_us += 267;
+    (void)air_advance(&fake.air, fake.time_us * 1000u);
+    if (fake.receiver_reads) {
+        fake.air.receiver.rx_count = 0;
+    }
 }
 
-hal_radio_result hal_radio_finish(void)
+static void record(const uint8_t *payload)
 {
-    fake.radio_busy = false;
-    return fake.radio;
+    if (fake.sent > 0 && memcmp(fake.frames[(fake.sent - 1u) % FAKE_FRAMES], payload, FRAME_SIZE) == 0) {
+        return; /* written once more after a flush */
+    }
+    fake.radio_overruns += fake.air.sender.tx_count > 1 ? 1u : 0u;
+    memcpy(fake.frames[fake.sent % FAKE_FRAMES], payload, FRAME_SIZE);
+    ++fake.sent;
+}
+
+static uint8_t transact(uint8_t command, const uint8_t *out, uint8_t *in, uint8_t length)
+{
+    spend(8u * (1u + length));
+    if (fake.radio_dead || (command == NRF_FLUSH_TX && fake.ignores_flush)) {
+        if (in != NULL) {
+            memset(in, 0, length);
+        }
+        return 0;
+    }
+    if (fake.in_receiver) {
+        return nrf_chip_spi(&fake.air.receiver, fake.time_us * 1000u, command, out, in, length);
+    }
+    if (command == NRF_W_TX_PAYLOAD) {
+        record(out);
+    }
+    advance_air();
+    const uint8_t status = nrf_chip_spi(&fake.air.sender, fake.time_us * 1000u, command, out, in, length);
+    advance_air();
+    return status;
+}
+
+uint8_t hal_radio_write(uint8_t command, const uint8_t *data, uint8_t length) { return transact(command, data, NULL, length); }
+
+uint8_t hal_radio_read(uint8_t command, uint8_t *data, uint8_t length) { return transact(command, NULL, data, length); }
+
+void hal_radio_ce(bool high)
+{
+    if (fake.in_receiver) {
+        fake.air.receiver.ce = high;
+    } else {
+        fake.air.sender.ce = high;
+        advance_air();
+    }
+}
+
+bool hal_radio_irq(void)
+{
+    spend(2);
+    advance_air();
+    return fake.irq_low || nrf_chip_irq(fake.in_receiver ? &fake.air.receiver : &fake.air.sender);
+}
+
+uint8_t hal_serial_write(const uint8_t *data, uint8_t length)
+{
+    const uint8_t taken = length < fake.serial_room ? length : (uint8_t)fake.serial_room;
+    for (uint8_t i = 0; i < taken && fake.serial_size < sizeof fake.serial; ++i) {
+        fake.serial[fake.serial_size++] = data[i];
+    }
+    fake.serial_room -= taken;
+    return taken;
 }
 
 void hal_watchdog_kick(void) { ++fake.kicks; }

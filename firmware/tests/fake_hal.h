@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "air.h"
 #include "chips.h"
 #include "frame.h"
 #include "hal.h"
@@ -21,17 +22,29 @@ typedef struct {
     unsigned recoveries;
     unsigned transfers;
     uint16_t adc[2];
-    hal_radio_result radio;
+    air air;
+    bool in_receiver;     /* whose pins the radio's functions mean */
+    bool receiver_reads;  /* the receiver's FIFO empties by itself */
+    bool radio_dead;      /* reads zeros */
+    bool ignores_flush;
+    bool irq_low;         /* for no reason */
+    bool frozen;          /* the timer stands still */
+    unsigned sda_clocks;  /* until SDA is let go */
+    bool sda_short;       /* never */
+    bool scl;
+    unsigned scl_clocks;
+    uint8_t serial[4096]; /* what the receiver wrote */
+    unsigned serial_size;
+    unsigned serial_room; /* bytes that the line takes before it stalls */
     uint8_t frames[FAKE_FRAMES][FRAME_SIZE];
     unsigned sent;
-    bool radio_busy;
-    unsigned radio_overruns; /* `send` without `finish` */
+    unsigned radio_overruns; /* a third payload in the chip */
     unsigned kicks;
 } fake_hal;
 
 extern fake_hal fake;
 
-/* All well, chips powered on, LISY at rest, battery 3.9 V. */
+/* All well, chips powered on, a receiver listening, LISY at rest, battery 3.9 V. */
 void fake_reset(void);
 
 #endif

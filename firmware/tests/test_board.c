@@ -206,14 +206,91 @@ static void radio_troubles_are_counted(void **state)
 {
     (void)state;
     run_until(1500000);
-    fake.radio = (hal_radio_result){true, 15};
+    fake.air.lose = 1;
     run_until(4000000);
     const unsigned last = first_frame_after(FRAME_MPU, 3990000);
     assert_int_equal(frame(last)[26], 255);
-    assert_int_equal(frame(last)[28], 15);
-    fake.radio = (hal_radio_result){false, 2};
+    assert_int_equal(frame(last)[28], RADIO_RETRIES);
+    check_stream(5000, 0);
+    fake.air.lose = 0;
     run_until(4100000);
-    assert_int_equal(frame(first_frame_after(FRAME_MPU, 4050000))[28], 2);
+    const unsigned after = first_frame_after(FRAME_MPU, 4050000);
+    assert_int_equal(frame(after)[26], 255);
+    assert_int_equal(frame(after)[28], 0);
+}
+
+static void a_radio_after_its_own_brown_out_sends_again(void **state)
+{
+    (void)state;
+    run_until(2000000);
+    nrf_chip_reset(&fake.air.sender);
+    run_until(3100000);
+    assert_int_equal(b.radio.state, NRF24_READY);
+    assert_in_range(b.radio.restarts, 1, 255);
+    const uint64_t before = fake.air.frames - fake.air.undelivered;
+    run_until(4100000);
+    assert_in_range(fake.air.frames - fake.air.undelivered - before, 300, 302);
+}
+
+static void without_a_radio_every_frame_is_given_up(void **state)
+{
+    (void)state;
+    fake.radio_dead = true;
+    run_until(3000000);
+    assert_int_equal(fake.sent, 0);
+    assert_int_equal(b.radio.given_up, 255);
+    assert_in_range(b.sequence, 700, 900);
+    fake.radio_dead = false;
+    run_until(3300000);
+    assert_in_range(fake.sent, 30, 90);
+    assert_true(u16_at(0, 2) >= 700);
+}
+
+static void every_vital_job_feeds_the_watchdog(void **state)
+{
+    (void)state;
+    run_until(3000000);
+    unsigned kicks = fake.kicks;
+    run_until(3100000);
+    assert_true(fake.kicks > kicks);
+    scheduler_disarm(&b.slots, JOB_BNO_READ); /* a job that starves */
+    run_until(7000000);
+    kicks = fake.kicks;
+    run_until(8000000);
+    assert_int_equal(fake.kicks, kicks);
+    scheduler_arm(&b.slots, JOB_BNO_READ, hal_micros());
+    run_until(12000000);
+    assert_true(fake.kicks > kicks);
+}
+
+static void a_stuck_bus_is_freed_and_counted(void **state)
+{
+    (void)state;
+    run_until(2000000);
+    fake.fail_mpu = HAL_STUCK;
+    fake.sda_clocks = 9;
+    run_until(2006000);
+    fake.fail_mpu = HAL_OK;
+    run_until(2100000);
+    assert_in_range(b.bus.recoveries, 1, 2);
+    assert_int_equal(b.bus.stuck, 0);
+    assert_int_equal(b.bus.timeouts, 0);
+    assert_int_equal(frame(first_frame_after(FRAME_MPU, 2050000))[1] & FRAME_FLAG_READ_FAILED, 0);
+}
+
+static void a_stretched_clock_costs_one_frame_and_no_more(void **state)
+{
+    (void)state;
+    run_until(2000000);
+    fake.fail_bno = HAL_TIMEOUT;
+    run_until(2015000);
+    fake.fail_bno = HAL_OK;
+    run_until(2200000);
+    assert_in_range(b.bus.timeouts, 1, 4);
+    assert_int_equal(b.bus.recoveries, b.bus.timeouts);
+    const unsigned at = first_frame_after(FRAME_BNO_AMG, 2100000);
+    assert_int_equal(frame(at)[1] & FRAME_FLAG_READ_FAILED, 0);
+    assert_int_equal(b.slots.skipped, 0);
 }
 
 static void a_low_battery_is_flagged(void **state)
@@ -283,6 +360,11 @@ int main(void)
         cmocka_unit_test_setup(without_any_sensor_the_board_still_talks, setup),
         cmocka_unit_test_setup(a_bno_after_its_own_brown_out_is_set_up_again, setup),
         cmocka_unit_test_setup(radio_troubles_are_counted, setup),
+        cmocka_unit_test_setup(a_radio_after_its_own_brown_out_sends_again, setup),
+        cmocka_unit_test_setup(without_a_radio_every_frame_is_given_up, setup),
+        cmocka_unit_test_setup(every_vital_job_feeds_the_watchdog, setup),
+        cmocka_unit_test_setup(a_stuck_bus_is_freed_and_counted, setup),
+        cmocka_unit_test_setup(a_stretched_clock_costs_one_frame_and_no_more, setup),
         cmocka_unit_test_setup(a_low_battery_is_flagged, setup),
         cmocka_unit_test_setup(ndof_sends_type_4, setup),
         cmocka_unit_test_setup(a_board_that_stood_still_skips_its_slots, setup),

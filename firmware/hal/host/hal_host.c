@@ -2,7 +2,6 @@
 #include <time.h>
 
 #include "bench.h"
-#include "cobs.h"
 #include "config.h"
 #include "counters.h"
 #include "hal.h"
@@ -12,10 +11,14 @@
 #define NS_PER_S 1000000000u
 #define I2C_BYTE_NS 22500u      /* 9 bits at 400 kHz */
 #define ADC_CONVERSION_NS 12000u
-#define RADIO_SPI_NS 267000u    /* 33 bytes at 2 MHz, as measured at 8 MIPS */
 #define NAP_NS 500000u          /* between looks at a simulation that is behind */
 #define LONGEST_SLEEP_NS 20000000u
 #define BUS_POLL_NS 100000000u
+#define OFF_NS 50000000u        /* without power in a brown-out */
+#define WATCHDOG_NS 500000000u
+#define HALF_CLOCK_NS 5000u
+#define DRAIN_NS 400000000u
+#define SETTLED_NS 100000000u
 #define SUSPENDED_NS 1000000000u /* further behind than this: the host slept */
 
 host the_host;
@@ -34,8 +37,7 @@ static void sleep_until(uint64_t time_ns)
     (void)clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, NULL); /* a signal ends it early: callers look again */
 }
 
-/* The host's time at which the board's clock shows `board_ns`. */
-static uint64_t host_time(uint64_t board_ns)
+uint64_t host_time(uint64_t board_ns)
 {
     const double skew = the_host.options.skew_ppm * 1e-6;
     return the_host.power_on_ns + board_ns - (uint64_t)(int64_t)((double)board_ns * skew / (1.0 + skew));
@@ -47,6 +49,7 @@ static void jump_if_suspended(uint64_t now_ns)
     if (now_ns > shown + SUSPENDED_NS) {
         fprintf(stderr, "gsense_board: %.1f s behind: clock set forward\n", (double)(now_ns - shown) * 1e-9);
         the_host.board_ns += now_ns - shown;
+        the_host.kicked_ns = the_host.board_ns;
     }
 }
 
@@ -66,6 +69,8 @@ void host_start(const host_options *options)
     the_host.options = *options;
     the_host.power_on_ns = host_now_ns();
     the_host.board_ns = 0;
+    the_host.cause = RESET_POWER_ON;
+    host_radio_start();
     the_host.bench_now = options->bench;
     chips_power_on(&the_host.registers, 0);
     bench_image(&the_host.registers, options->seed, 0, &the_host.image); /* the ADC works without any sensor */
@@ -77,6 +82,57 @@ void host_start(const host_options *options)
     }
 }
 
+static void serve(uint64_t now_ns)
+{
+    pty_service(&the_host.pty, now_ns);
+    poll_bus(now_ns);
+}
+
+static void reset_board(reset_cause cause)
+{
+    the_host.board_ns += OFF_NS;
+    the_host.boot_ns = the_host.board_ns - the_host.board_ns % NS_PER_US;
+    the_host.kicked_ns = the_host.board_ns;
+    the_host.cause = cause;
+    the_host.rebooted = true;
+    if (cause == RESET_BROWN_OUT) { /* the chips lose their power as well */
+        chips_power_on(&the_host.registers, the_host.board_ns);
+        nrf_chip_reset(&the_host.air.sender);
+    }
+    line_restarted(&the_host.line);
+    fprintf(stderr, "gsense_board: %s\n", cause == RESET_BROWN_OUT ? "brown-out" : "the watchdog struck");
+}
+
+bool host_take_reboot(void)
+{
+    const bool was = the_host.rebooted;
+    the_host.rebooted = false;
+    return was;
+}
+
+static void reset_if_due(void)
+{
+    const fault_options *faults = &the_host.options.faults;
+    if (the_host.brownouts_done < faults->brownouts &&
+        (double)the_host.board_ns >= faults->brownouts_s[the_host.brownouts_done] * 1e9) {
+        ++the_host.brownouts_done;
+        reset_board(RESET_BROWN_OUT);
+    } else if (the_host.board_ns - the_host.kicked_ns > WATCHDOG_NS) {
+        reset_board(RESET_WATCHDOG);
+    }
+}
+
+void host_drain(void)
+{
+    const uint64_t end = host_now_ns() + DRAIN_NS;
+    uint64_t full_ns = host_now_ns(); /* when something last waited: the terminal passes bytes on with a delay of its own */
+    for (uint64_t now = full_ns; now < end && now < full_ns + SETTLED_NS; now = host_now_ns()) {
+        pty_service(&the_host.pty, now);
+        full_ns = pty_is_empty(&the_host.pty) ? full_ns : now;
+        sleep_until(now + NAP_NS);
+    }
+}
+
 void host_run_until(uint32_t due_us)
 {
     const uint32_t shown = hal_micros();
@@ -85,17 +141,20 @@ void host_run_until(uint32_t due_us)
         const uint64_t due_host = host_time(due_ns);
         uint64_t now = host_now_ns();
         while (now < due_host && !host_stop) {
-            pty_service(&the_host.pty);
-            poll_bus(now);
-            sleep_until(due_host - now > LONGEST_SLEEP_NS ? now + LONGEST_SLEEP_NS : due_host);
+            serve(now);
+            uint64_t wake = due_host - now > LONGEST_SLEEP_NS ? now + LONGEST_SLEEP_NS : due_host;
+            const uint64_t packet_due = pty_next_due(&the_host.pty);
+            wake = packet_due > now && packet_due < wake ? packet_due : wake;
+            sleep_until(wake);
             now = host_now_ns();
         }
         the_host.board_ns = due_ns;
     }
+    host_radio_advance();
     const uint64_t now = host_now_ns();
-    pty_service(&the_host.pty);
-    poll_bus(now);
+    serve(now);
     jump_if_suspended(now);
+    reset_if_due();
 }
 
 /* Waits, the board's clock standing still, until the simulation has passed the instant. */
@@ -110,7 +169,7 @@ static bool bus_image(uint64_t instant)
         if (host_stop || now > instant + BUS_SILENT_NS || bus_is_silent(&the_host.bus, now)) {
             return false;
         }
-        pty_service(&the_host.pty);
+        pty_service(&the_host.pty, now);
         sleep_until(now + NAP_NS);
     }
 }
@@ -131,11 +190,42 @@ static bool look_at_sensors(void)
 
 static void spend_transfer(uint8_t bytes) { the_host.board_ns += (uint64_t)bytes * I2C_BYTE_NS; }
 
-uint32_t hal_micros(void) { return the_host.options.start_us + (uint32_t)(the_host.board_ns / NS_PER_US); }
+uint32_t hal_micros(void)
+{
+    return the_host.options.start_us + (uint32_t)((the_host.board_ns - the_host.boot_ns) / NS_PER_US);
+}
+
+/* SDA low at AT for DURATION whatever the board does; with a DURATION of 0 until it is clocked free. */
+static bool sda_is_low(void)
+{
+    const fault_window *fault = &the_host.options.faults.sda_low;
+    if (fault->wanted && !the_host.sda_was_low && (double)the_host.board_ns >= fault->at_s * 1e9) {
+        the_host.sda_was_low = true;
+        the_host.sda_clocks_left = fault->duration_s > 0 ? 0 : 7;
+    }
+    return fault_window_holds(fault, the_host.board_ns) || the_host.sda_clocks_left > 0;
+}
+
+/* HAL_OK: the transfer may go on. */
+static hal_status bus_fault(uint16_t deadline_us)
+{
+    if (sda_is_low()) {
+        spend_transfer(1);
+        return HAL_STUCK;
+    }
+    if (fault_window_holds(&the_host.options.faults.stretch, the_host.board_ns)) {
+        the_host.board_ns += (uint64_t)deadline_us * NS_PER_US;
+        return HAL_TIMEOUT;
+    }
+    return HAL_OK;
+}
 
 hal_status hal_i2c_read(uint8_t address, uint8_t reg, uint8_t *data, uint8_t length, uint16_t deadline_us)
 {
-    (void)deadline_us; /* nothing here stretches the clock */
+    const hal_status fault = bus_fault(deadline_us);
+    if (fault != HAL_OK) {
+        return fault;
+    }
     if (!chips_answer(&the_host.registers, address, the_host.board_ns) || !look_at_sensors()) {
         spend_transfer(1);
         return HAL_NACK;
@@ -147,7 +237,10 @@ hal_status hal_i2c_read(uint8_t address, uint8_t reg, uint8_t *data, uint8_t len
 
 hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint8_t length, uint16_t deadline_us)
 {
-    (void)deadline_us;
+    const hal_status fault = bus_fault(deadline_us);
+    if (fault != HAL_OK) {
+        return fault;
+    }
     const bool dead = the_host.bench_now ? false : the_host.bus.map == NULL || bus_is_silent(&the_host.bus, host_now_ns());
     if (dead || !chips_write(&the_host.registers, address, reg, data, length, the_host.board_ns)) {
         spend_transfer(1);
@@ -158,7 +251,17 @@ hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint
     return HAL_OK;
 }
 
-void hal_i2c_recover(void) {}
+bool hal_i2c_drive(bool scl, bool sda)
+{
+    the_host.board_ns += HALF_CLOCK_NS;
+    if (scl && !the_host.scl && the_host.sda_clocks_left > 0) {
+        --the_host.sda_clocks_left;
+    }
+    the_host.scl = scl;
+    return sda && !sda_is_low();
+}
+
+void hal_i2c_restart(void) {}
 
 uint16_t hal_adc_read(hal_adc_channel channel)
 {
@@ -171,24 +274,6 @@ uint16_t hal_adc_read(hal_adc_channel channel)
     return the_host.image.lisy[the_host.lisy_index] & 1023u;
 }
 
-/* The radio link is perfect here: what is handed over reaches the receiver, which packs it for the serial line. */
-void hal_radio_send(const uint8_t payload[RADIO_PAYLOAD])
-{
-    if (host_stop) { /* its sensors may not have been waited for any more */
-        return;
-    }
-    uint8_t packet[COBS_PACKET_SIZE(RADIO_PAYLOAD)];
-    pty_send(&the_host.pty, packet, cobs_encode(payload, RADIO_PAYLOAD, packet));
-    the_host.board_ns += RADIO_SPI_NS;
-    ++the_host.frames;
-}
+void hal_watchdog_kick(void) { the_host.kicked_ns = the_host.board_ns; }
 
-hal_radio_result hal_radio_finish(void)
-{
-    const hal_radio_result perfect = {false, 0};
-    return perfect;
-}
-
-void hal_watchdog_kick(void) {}
-
-reset_cause hal_reset_cause(void) { return RESET_POWER_ON; }
+reset_cause hal_reset_cause(void) { return the_host.cause; }

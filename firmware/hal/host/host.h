@@ -11,9 +11,14 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "air.h"
+#include "board.h"
 #include "bus.h"
 #include "chips.h"
+#include "faults.h"
+#include "hal.h"
 #include "pty_link.h"
+#include "receiver.h"
 
 typedef struct {
     const char *bus_path;
@@ -21,12 +26,21 @@ typedef struct {
     uint32_t start_us;   /* board time at power-on */
     uint32_t seed;       /* of the bench's noise */
     bool bench;          /* play a board on a table until a bus was seen */
+    fault_options faults;
 } host_options;
 
 typedef struct {
     host_options options;
     uint64_t power_on_ns; /* CLOCK_MONOTONIC */
     uint64_t board_ns;    /* board clock since power-on */
+    uint64_t boot_ns;     /* of it at the last start */
+    uint64_t kicked_ns;   /* of it at the watchdog's last kick */
+    reset_cause cause;
+    bool rebooted; /* the program has to start over */
+    unsigned brownouts_done;
+    unsigned sda_clocks_left; /* until a chip lets go of SDA */
+    bool sda_was_low;
+    bool scl;
     uint64_t next_poll_ns;
     chips registers;
     sensor_bus bus;
@@ -34,7 +48,10 @@ typedef struct {
     unsigned lisy_index;
     bool bench_now;
     pty_link pty;
-    uint64_t frames;
+    air air;
+    receiver receiver;
+    line line;
+    bool radio_was_reset;
 } host;
 
 extern host the_host;
@@ -45,5 +62,16 @@ void host_start(const host_options *options);
 /* Sleeps until the board's clock shows `due_us`, serving link and bus; returns at once when that is past. */
 void host_run_until(uint32_t due_us);
 uint64_t host_now_ns(void);
+/* The host's time at which the board's clock shows `board_ns`. */
+uint64_t host_time(uint64_t board_ns);
+/* Gives the reader a moment to take what is under way. */
+void host_drain(void);
+/* True once after every reset of the board. */
+bool host_take_reboot(void);
+
+/* hal_radio.c */
+void host_radio_start(void);
+/* Brings the air up to the board's time. */
+void host_radio_advance(void);
 
 #endif

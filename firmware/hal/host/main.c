@@ -8,11 +8,20 @@
 #include "board.h"
 #include "host.h"
 #include "options.h"
+#include "report.h"
 
 static void on_signal(int signal_number)
 {
     (void)signal_number;
     host_stop = 1;
+}
+
+static volatile sig_atomic_t report_wanted;
+
+static void on_request(int signal_number)
+{
+    (void)signal_number;
+    report_wanted = 1;
 }
 
 static void catch_signals(void)
@@ -23,6 +32,8 @@ static void catch_signals(void)
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGHUP, &action, NULL);
+    action.sa_handler = on_request;
+    sigaction(SIGUSR1, &action, NULL);
     action.sa_handler = SIG_IGN;
     sigaction(SIGPIPE, &action, NULL); /* whoever read stdout may have gone */
 }
@@ -34,6 +45,13 @@ static void run(const options *o, board *b)
     board_init(b, o->profile, o->bno_mode);
     while (!host_stop && host_now_ns() < end_ns) {
         host_run_until(board_step(b));
+        if (host_take_reboot()) {
+            board_init(b, o->profile, o->bno_mode);
+        }
+        if (report_wanted) {
+            report_wanted = 0;
+            report_truth(&the_host, b);
+        }
     }
 }
 
@@ -61,10 +79,14 @@ int main(int argc, char **argv)
 
     static board b;
     run(&o, &b);
+    host_drain();
+    if (faults_any(&o.host.faults) || o.host.faults.truth_path != NULL) {
+        report_truth(&the_host, &b);
+    }
     pty_close(&the_host.pty);
     bus_close(&the_host.bus);
     fprintf(stderr,
             "gsense_board: %" PRIu64 " frames, %" PRIu64 " dropped for want of a reader, %u slots skipped, %u I2C errors\n",
-            the_host.frames, the_host.pty.dropped, b.slots.skipped, b.bus.errors);
+            the_host.air.frames, the_host.pty.dropped, b.slots.skipped, b.bus.errors);
     return 0;
 }

@@ -17,12 +17,26 @@ static const char HELP[] =
     "  --bno MODE            amg (raw data, default) or ndof (the chip's own fusion)\n"
     "  --seed N              of the noise without a bus [1]\n"
     "  --skew-ppm X          the board's clock is fast by X ppm [0], at most 1000\n"
+    "  --real-delay          SPI, air and UART take their time [a packet comes at its frame's board time]\n"
     "  --start-us N          board time at power-on [0]: 4294000000 wraps within a second\n"
     "  --duration S          end after S seconds\n"
-    "  --exit-with-parent    end when the process that started it ends\n";
+    "  --exit-with-parent    end when the process that started it ends\n"
+    "Faults (random ones from the first second on, the same for the same seed; AT and DURATION in s after power-on):\n"
+    "  --lose P              probability that a frame is lost with all its retries\n"
+    "  --air-loss P          that a packet on the air, or its acknowledgement, is not heard\n"
+    "  --repeat P            that the receiver delivers a frame twice\n"
+    "  --flip P              that one bit of a packet on the serial line is flipped\n"
+    "  --latency-bursts MS   packets leave in bursts, up to MS apart (USB adapters: 16)\n"
+    "  --sda-low AT:DURATION SDA held low; DURATION 0: until it is clocked free\n"
+    "  --stretch AT:DURATION I2C clock stretched past every deadline\n"
+    "  --brownout AT         the board loses its power for 50 ms (up to 8 times)\n"
+    "  --radio-stuck AT:DURATION  the transmitter's chip sends nothing and says nothing\n"
+    "  --radio-reset AT      the transmitter's chip alone loses its registers\n"
+    "  --truth FILE          what the line really carried, as JSON, at the end and upon SIGUSR1 [stderr]\n";
 
 enum { OPT_BUS = 1, OPT_NO_BENCH, OPT_LINK, OPT_PROFILE, OPT_BNO, OPT_SEED, OPT_SKEW, OPT_START, OPT_DURATION, OPT_PARENT,
-       OPT_HELP };
+       OPT_HELP, OPT_REAL_DELAY, OPT_LOSE, OPT_AIR_LOSS, OPT_REPEAT, OPT_FLIP, OPT_BURSTS, OPT_SDA_LOW, OPT_STRETCH,
+       OPT_BROWNOUT, OPT_RADIO_STUCK, OPT_RADIO_RESET, OPT_TRUTH };
 
 static const struct option LONG_OPTIONS[] = {
     {"bus", required_argument, NULL, OPT_BUS},           {"no-bench", no_argument, NULL, OPT_NO_BENCH},
@@ -30,7 +44,13 @@ static const struct option LONG_OPTIONS[] = {
     {"bno", required_argument, NULL, OPT_BNO},           {"seed", required_argument, NULL, OPT_SEED},
     {"skew-ppm", required_argument, NULL, OPT_SKEW},     {"start-us", required_argument, NULL, OPT_START},
     {"duration", required_argument, NULL, OPT_DURATION}, {"exit-with-parent", no_argument, NULL, OPT_PARENT},
-    {"help", no_argument, NULL, OPT_HELP},               {NULL, 0, NULL, 0}};
+    {"help", no_argument, NULL, OPT_HELP},               {"real-delay", no_argument, NULL, OPT_REAL_DELAY},
+    {"lose", required_argument, NULL, OPT_LOSE},         {"air-loss", required_argument, NULL, OPT_AIR_LOSS},
+    {"repeat", required_argument, NULL, OPT_REPEAT},     {"flip", required_argument, NULL, OPT_FLIP},
+    {"latency-bursts", required_argument, NULL, OPT_BURSTS}, {"sda-low", required_argument, NULL, OPT_SDA_LOW},
+    {"stretch", required_argument, NULL, OPT_STRETCH},   {"brownout", required_argument, NULL, OPT_BROWNOUT},
+    {"radio-stuck", required_argument, NULL, OPT_RADIO_STUCK}, {"radio-reset", required_argument, NULL, OPT_RADIO_RESET},
+    {"truth", required_argument, NULL, OPT_TRUTH},       {NULL, 0, NULL, 0}};
 
 static bool get_number(const char *name, const char *text, double low, double high, double *value)
 {
@@ -52,6 +72,60 @@ static bool get_choice(const char *name, const char *text, const char *first, co
     }
     fprintf(stderr, "gsense_board: --%s is %s or %s, not '%s'\n", name, first, second, text);
     return false;
+}
+
+static bool get_window(const char *name, const char *text, bool lasts, fault_window *window)
+{
+    char *end = NULL;
+    window->wanted = true;
+    window->at_s = strtod(text, &end);
+    bool good = end != text && window->at_s >= 0;
+    if (lasts && good && *end == ':') {
+        const char *rest = end + 1;
+        window->duration_s = strtod(rest, &end);
+        good = end != rest && window->duration_s >= 0;
+    } else {
+        good = good && !lasts;
+    }
+    if (!good || *end != '\0') {
+        fprintf(stderr, "gsense_board: --%s takes %s in seconds, not '%s'\n", name, lasts ? "AT:DURATION" : "AT", text);
+        return false;
+    }
+    return true;
+}
+
+static bool add_brownout(fault_options *faults, const char *text)
+{
+    fault_window at;
+    if (!get_window("brownout", text, false, &at)) {
+        return false;
+    }
+    const double before = faults->brownouts > 0 ? faults->brownouts_s[faults->brownouts - 1] : -1;
+    if (faults->brownouts == FAULT_BROWNOUTS || at.at_s <= before) {
+        fprintf(stderr, "gsense_board: --brownout comes at most %u times, in order of time\n", FAULT_BROWNOUTS);
+        return false;
+    }
+    faults->brownouts_s[faults->brownouts++] = at.at_s;
+    return true;
+}
+
+static bool apply_fault(fault_options *faults, int option, const char *text)
+{
+    switch (option) {
+    case OPT_REAL_DELAY: faults->real_delay = true; return true;
+    case OPT_LOSE: return get_number("lose", text, 0, 1, &faults->lose);
+    case OPT_AIR_LOSS: return get_number("air-loss", text, 0, 1, &faults->air_loss);
+    case OPT_REPEAT: return get_number("repeat", text, 0, 1, &faults->repeat);
+    case OPT_FLIP: return get_number("flip", text, 0, 1, &faults->flip);
+    case OPT_BURSTS: return get_number("latency-bursts", text, 0, 1000, &faults->latency_ms);
+    case OPT_SDA_LOW: return get_window("sda-low", text, true, &faults->sda_low);
+    case OPT_STRETCH: return get_window("stretch", text, true, &faults->stretch);
+    case OPT_RADIO_STUCK: return get_window("radio-stuck", text, true, &faults->radio_stuck);
+    case OPT_RADIO_RESET: return get_window("radio-reset", text, false, &faults->radio_reset);
+    case OPT_BROWNOUT: return add_brownout(faults, text);
+    case OPT_TRUTH: faults->truth_path = text; return true;
+    default: return false; /* getopt has said why */
+    }
 }
 
 static bool apply(options *o, int option, const char *text)
@@ -82,7 +156,7 @@ static bool apply(options *o, int option, const char *text)
         break;
     case OPT_DURATION: good = get_number("duration", text, 0, 1e9, &o->duration_s); break;
     case OPT_PARENT: o->exit_with_parent = true; break;
-    default: good = false; break; /* getopt has said why */
+    default: good = apply_fault(&o->host.faults, option, text); break;
     }
     return good;
 }

@@ -68,21 +68,41 @@ bool pty_open(pty_link *pty, const char *link)
     return true;
 }
 
-void pty_send(pty_link *pty, const uint8_t *packet, size_t size)
+static pty_packet *packet_at(pty_link *pty, size_t index) { return &pty->queue[(pty->first + index) % PTY_QUEUE]; }
+
+static void drop_first(pty_link *pty)
 {
+    truth_drop(&packet_at(pty, 0)->truth, &packet_at(pty, 1)->truth);
+    pty->first = (pty->first + 1) % PTY_QUEUE;
+    --pty->waiting;
+}
+
+void pty_send(pty_link *pty, const pty_packet *packet)
+{
+    pty_packet newest = *packet;
+    if (pty->has_dropped_last) {
+        truth_drop(&pty->dropped_last, &newest.truth);
+        pty->has_dropped_last = false;
+    }
     if (pty->waiting == PTY_QUEUE) {
         ++pty->dropped;
         if (pty->sent_of_first > 0) { /* begun: the newest goes instead */
+            pty->dropped_last = newest.truth;
+            pty->has_dropped_last = true;
             return;
         }
-        pty->first = (pty->first + 1) % PTY_QUEUE;
-        --pty->waiting;
+        drop_first(pty);
     }
-    const size_t at = (pty->first + pty->waiting) % PTY_QUEUE;
-    memcpy(pty->queue[at], packet, size);
-    pty->sizes[at] = (uint8_t)size;
+    *packet_at(pty, pty->waiting) = newest;
     ++pty->waiting;
-    pty_service(pty);
+}
+
+uint64_t pty_next_due(const pty_link *pty) { return pty->waiting > 0 ? pty->queue[pty->first].due_ns : UINT64_MAX; }
+
+bool pty_is_empty(const pty_link *pty)
+{
+    int unread = 0;
+    return pty->waiting == 0 && (ioctl(pty->slave, FIONREAD, &unread) != 0 || unread == 0);
 }
 
 static bool has_room(const pty_link *pty, size_t size)
@@ -91,26 +111,34 @@ static bool has_room(const pty_link *pty, size_t size)
     return ioctl(pty->slave, FIONREAD, &unread) == 0 && (size_t)unread + size <= UNREAD_LIMIT;
 }
 
-void pty_service(pty_link *pty)
+/* False: the terminal has no room for more. */
+static bool send_first(pty_link *pty)
+{
+    const pty_packet *packet = packet_at(pty, 0);
+    const size_t left = packet->size - pty->sent_of_first;
+    if (!has_room(pty, left)) {
+        return false;
+    }
+    const ssize_t written = write(pty->master, &packet->bytes[pty->sent_of_first], left);
+    if (written <= 0) {
+        return false;
+    }
+    pty->sent_of_first += (size_t)written;
+    if (pty->sent_of_first == packet->size) {
+        truth_deliver(&pty->delivered, &packet->truth);
+        pty->first = (pty->first + 1) % PTY_QUEUE;
+        --pty->waiting;
+        pty->sent_of_first = 0;
+    }
+    return true;
+}
+
+void pty_service(pty_link *pty, uint64_t now_ns)
 {
     uint8_t unwanted[256];
     while (read(pty->master, unwanted, sizeof unwanted) > 0) {
     }
-    while (pty->waiting > 0) {
-        const size_t left = pty->sizes[pty->first] - pty->sent_of_first;
-        if (!has_room(pty, left)) {
-            return;
-        }
-        const ssize_t written = write(pty->master, &pty->queue[pty->first][pty->sent_of_first], left);
-        if (written <= 0) {
-            return;
-        }
-        pty->sent_of_first += (size_t)written;
-        if (pty->sent_of_first == pty->sizes[pty->first]) {
-            pty->first = (pty->first + 1) % PTY_QUEUE;
-            --pty->waiting;
-            pty->sent_of_first = 0;
-        }
+    while (pty_next_due(pty) <= now_ns && send_first(pty)) {
     }
 }
 
