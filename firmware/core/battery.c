@@ -13,5 +13,7 @@ void battery_read(battery *cell)
         cell->low = true;
     } else if (cell->millivolt >= BATTERY_GOOD_MV) {
         cell->low = false;
+    } else {
+        /* in between: as it was */
     }
 }

@@ -74,7 +74,9 @@ uint32_t scheduler_next(const scheduler *s, uint32_t now)
             wait = ahead < wait ? ahead : wait;
         } else if (fits(s, job, now)) {
             return now;
-        } /* else put off: it may start after the job that is in its way, whose own start is in this minimum */
+        } else {
+            /* put off: it may start after the job that is in its way, whose own start is in this minimum */
+        }
     }
     return now + wait;
 }

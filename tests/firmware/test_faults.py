@@ -1,4 +1,4 @@
-"""Injected faults against their truth: what the driver counts from the serial line equals what the board says it did."""
+"""Injected faults: what the driver counts from the serial line equals what the board says it did."""
 
 from __future__ import annotations
 
@@ -14,8 +14,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from gsense_driver.pipeline import Pipeline, PipelineSettings
 from tests.firmware.host_board import FAILED, MPU, STATUS, Frame, HostBoard, of_type, uncobs
+
+from gsense_driver.pipeline import Pipeline, PipelineSettings
 
 SECONDS = "4.5"
 LONG = 1.0  # s of a fault that lasts
@@ -33,8 +34,10 @@ CASES: dict[str, tuple[str, ...]] = {
     "sda_low": ("--sda-low", f"2:{LONG}"),
     "sda_clocked_free": ("--sda-low", "2:0"),
     "stretch": ("--stretch", "2:0.02"),
-    "all": ("--lose", "0.03", "--repeat", "0.05", "--flip", "0.05", "--air-loss", "0.1", "--brownout", "3")
-    + ("--latency-bursts", "16", "--radio-stuck", "2:0.1", "--seed", "5"),
+    "all": (
+        *("--lose", "0.03", "--repeat", "0.05", "--flip", "0.05", "--air-loss", "0.1", "--brownout", "3"),
+        *("--latency-bursts", "16", "--radio-stuck", "2:0.1", "--seed", "5"),
+    ),
 }
 
 
@@ -176,7 +179,7 @@ def test_truth_upon_request(firmware_build: Path, tmp_path: Path) -> None:
     ],
 )
 def test_bad_fault_options(firmware_build: Path, arguments: tuple[str, ...], said: str) -> None:
-    command = [firmware_build / "gsense_board", *arguments]
+    command = [str(firmware_build / "gsense_board"), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
     assert done.returncode == 2
     assert said in done.stderr
