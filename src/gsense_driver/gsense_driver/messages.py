@@ -31,6 +31,7 @@ from gsense_driver.scaling import Scales
 from gsense_driver.settings import Settings
 
 _NAN = float("nan")
+_IMU_DEPTH = 2500  # 5 s at 500 Hz: Fast DDS repairs what a busy subscriber missed at its heartbeat, every 3 s
 
 
 def qos(depth: int) -> QoSProfile:
@@ -64,8 +65,8 @@ class Messages:
 
     def __init__(self, create: Callable[[type, str, QoSProfile], Any]) -> None:
         """`create`: of a node, `create_publisher` or `create_lifecycle_publisher`."""
-        self._raw = {sensor: create(Imu, f"{sensor}/{Topics.IMU_RAW}", qos(1000)) for sensor in SENSORS}
-        self._fused = create(Imu, Topics.BNO055_IMU, qos(500))
+        self._raw = {sensor: create(Imu, f"{sensor}/{Topics.IMU_RAW}", qos(_IMU_DEPTH)) for sensor in SENSORS}
+        self._fused = create(Imu, Topics.BNO055_IMU, qos(_IMU_DEPTH))
         self._mag = create(MagneticField, Topics.BNO055_IMU_MAG, qos(100))
         self._temperature = {name: create(Temperature, f"{name}/{Topics.TEMPERATURE}", qos(50)) for name in (MPU, BNO)}
         self._battery = create(BatteryState, Topics.BATTERY, qos(10))

@@ -120,8 +120,8 @@ class Listener:
         self.order: list[int] = []
         self.bno = 0
         self.link: Any = None
-        self.node.create_subscription(Imu, "mpu6050/imu/data_raw", self._mpu, QoSProfile(depth=1000))
-        self.node.create_subscription(Imu, "bno055/imu/data_raw", self._bno, QoSProfile(depth=1000))
+        self.node.create_subscription(Imu, "mpu6050/imu/data_raw", self._mpu, QoSProfile(depth=2500))
+        self.node.create_subscription(Imu, "bno055/imu/data_raw", self._bno, QoSProfile(depth=2500))
         self.node.create_subscription(LinkStatus, "link", self._link, QoSProfile(depth=10))
 
     def _mpu(self, message: Any) -> None:
