@@ -15,6 +15,7 @@ import pytest
 K = 0.001  # (rad/s)/(m/s^2), of the BNO055's compensation file
 AMPLITUDE, ANGULAR_FREQUENCY, CYCLES = 0.15, 6.0, 5
 WINDOW = 6.0  # s
+PLAYS = 3  # at most, on a machine that stalls
 COMPENSATION = f"""\
 schema: gsense-compensation/1
 sensor: bno055
@@ -138,6 +139,22 @@ def _play(told: Told) -> None:
     assert homed.result().success, homed.result().message
     for label in ("bag_int", "bag_term"):
         ears.wait(lambda label=label: _records(node, label), 30.0, f"{label} that records", graph.check)
+    for _ in range(PLAYS):
+        _drive(told, drive)
+        if not _machine_stalled(told):
+            break
+    told.advertised = frozenset(name for name, _ in node.get_topic_names_and_types())
+    told.exit_codes["bag_int"] = graph.end("bag_int", signal.SIGINT)
+    told.exit_codes["bag_term"] = graph.end("bag_term", signal.SIGTERM)
+    ears.wait(lambda: ears.heard["/other/bno055/imu/data"], 20.0, "fused orientation of the other board", graph.check)
+
+
+def _drive(told: Told, drive: Any) -> None:
+    """One window with one sinusoid in it."""
+    from gsense_msgs.action import Sinusoid
+
+    ears, graph = told.ears, told.graph
+    told.feedback.clear()
     begun = _newest(ears)
     ears.wait(drive.server_is_ready, 20.0, "action rig/sinusoid")
     goal = Sinusoid.Goal(amplitude=AMPLITUDE, angular_frequency=ANGULAR_FREQUENCY, cycles=CYCLES)
@@ -149,10 +166,12 @@ def _play(told: Told) -> None:
     told.motion = result.result().result
     told.window = (begun, begun + round(WINDOW * 1e9))
     ears.wait(lambda: _newest(ears) > told.window[1] + 1_200_000_000, 60.0, "end of the window", graph.check)
-    told.advertised = frozenset(name for name, _ in node.get_topic_names_and_types())
-    told.exit_codes["bag_int"] = graph.end("bag_int", signal.SIGINT)
-    told.exit_codes["bag_term"] = graph.end("bag_term", signal.SIGTERM)
-    ears.wait(lambda: ears.heard["/other/bno055/imu/data"], 20.0, "fused orientation of the other board", graph.check)
+
+
+def _machine_stalled(told: Told) -> bool:
+    """Whether others kept the machine so busy that the simulation stood still: what is missing then is no fault."""
+    missing = len(told.inside("/mpu6050/imu/data_raw")) < 0.95 * 200 * WINDOW
+    return missing and os.getloadavg()[0] > 2 * (os.cpu_count() or 1)
 
 
 def _records(node: Any, label: str) -> bool:
