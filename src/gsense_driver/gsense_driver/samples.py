@@ -37,6 +37,7 @@ Quaternion = tuple[float, float, float, float]
 
 _SENSOR_OF_TYPE = {TYPE_MPU: MPU, TYPE_BNO_AMG: BNO, TYPE_BNO_NDOF: BNO}
 _TEMPERATURE_PERIOD_NS = 100_000_000
+_SAME_INSTANT_NS = 1_000_000  # a BNO sample is 10 ms; what goes back by more is a clock that was set
 _BATTERY_PERIOD_NS = 1_000_000_000
 
 
@@ -232,7 +233,10 @@ class Sampler:
         inertial = body[0:6] + body[12:18]
         if inertial == self._last_inertial:
             self.counts.repeated += 1
-            stamp_ns = max(stamp_ns, self._last_bno_ns)  # the same instant: never a microsecond earlier
+        # Often only the gyro's or the accelerometer's part repeats, at the same instant: age and clock are known to
+        # microseconds, and a stamp does not go back by them.
+        if 0 < self._last_bno_ns - stamp_ns < _SAME_INSTANT_NS:
+            stamp_ns = self._last_bno_ns
         self._last_inertial = inertial
         self._last_bno_ns = stamp_ns
         scales = self._scales
