@@ -74,7 +74,17 @@ def test_diagnostics_of_other_namespaces_and_nodes_are_left_out():
 
 def test_once_without_a_driver_says_so():
     pytest.importorskip("rclpy", reason="rclpy is not installed: run the tests by ./rig test")
-    command = [sys.executable, "-m", "gsense_driver.monitor", "--once", "--ros-args", "-r", "__ns:=/nobody"]
+    command = [
+        sys.executable,
+        "-m",
+        "gsense_driver.monitor",
+        "--once",
+        "--wait",
+        "0.5",
+        "--ros-args",
+        "-r",
+        "__ns:=/nobody",
+    ]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=60, check=False)
     assert (done.returncode, done.stderr) == (1, "")

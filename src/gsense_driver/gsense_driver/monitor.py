@@ -32,7 +32,6 @@ _TASKS = frozenset({"link", "clock", "raw_log", *SENSORS})
 _RAW = tuple(f"{sensor}/{Topics.IMU_RAW}" for sensor in SENSORS)
 _COUNTS = ("received", "lost", "corrupt", "duplicate", "reordered", "restarts")
 _FIGURES = ("rate_hz", "clock_offset_s", "clock_skew_ppm", "uptime_s")
-_ONCE_S = 5.0  # to find the driver
 _FRAMES_PER_S = 4
 
 
@@ -105,8 +104,8 @@ def _spin(node: Monitor, seconds: float) -> None:
         rclpy.spin_once(node, timeout_sec=left)
 
 
-def _once(node: Monitor) -> int:
-    end = time.monotonic() + _ONCE_S
+def _once(node: Monitor, patience_s: float) -> int:
+    end = time.monotonic() + patience_s
     while rclpy.ok() and time.monotonic() < end and not (node.state.link and node.state.verdicts):
         _spin(node, 0.1)
     print(line(node.state, time.monotonic()), flush=True)  # noqa: T201 - the command's output
@@ -132,13 +131,14 @@ def main(args: list[str] | None = None) -> int:
     arguments = sys.argv if args is None else ["monitor", *args]
     parser = argparse.ArgumentParser(prog="monitor", description=__doc__)
     parser.add_argument("--once", action="store_true", help="print one line and end; 1 where no driver reports")
+    parser.add_argument("--wait", type=float, default=5.0, help="with --once: seconds to wait for a driver (5)")
     options = parser.parse_args(remove_ros_args(arguments)[1:])
     rclpy.init(args=arguments)
     try:
         node = Monitor()
         console = Console()
         if options.once:
-            return _once(node)
+            return _once(node, options.wait)
         if console.is_terminal:
             _live(node, console)
         else:

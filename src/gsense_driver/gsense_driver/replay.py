@@ -31,8 +31,8 @@ from gsense_driver.settings import PARAMETERS, make_settings
 
 _FAST_HZ = 5000.0  # readings per second with --fast: ten times the board's
 _BURST_S = 0.01  # of readings that may come at once
-_SETTLE_S = 0.5  # from the first subscriber found to the last one, and until they know this publisher too
-_TAKE_S = 5.0  # for subscribers to take the last messages
+_SETTLE_S = 1.0  # without another subscriber found: all are
+_TAKE_S = 20.0  # for subscribers to take the last messages, at most; the transport repairs losses every 3 s
 
 
 def make_session(header: RawLogHeader, outlet: Outlet, prefix: str) -> Session:
@@ -113,12 +113,13 @@ class Throttle(Messages):
 
 
 def _await_subscribers(messages: Messages, patience_s: float) -> None:
-    """Wait until there is a subscriber and a moment longer, `patience_s` at most where there is none."""
-    end = time.monotonic() + patience_s
-    while rclpy.ok() and time.monotonic() < end and not _subscribers(messages):
+    """Wait until no more subscribers are found; `patience_s` at most for the first one."""
+    found, end = 0, time.monotonic() + patience_s
+    while rclpy.ok() and time.monotonic() < end:
+        now_found = _subscribers(messages)
+        if now_found != found:
+            found, end = now_found, time.monotonic() + _SETTLE_S
         time.sleep(0.05)
-    if _subscribers(messages):
-        time.sleep(_SETTLE_S)
 
 
 def _subscribers(messages: Messages) -> int:
