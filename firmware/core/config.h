@@ -34,8 +34,8 @@
 #define BATTERY_LOW_MV 3300u
 #define BATTERY_GOOD_MV 3400u /* hysteresis: low ends here */
 
-/* nRF24L01+: 2 Mbit/s, 16-bit CRC, 5-byte address, above the busiest WLAN channels. Board and receiver share it. */
-#define RADIO_CHANNEL 100u /* 2500 MHz: look at the band limits of your country */
+/* nRF24L01+: 2 Mbit/s, 16-bit CRC, 5-byte address. Board and receiver share it. */
+#define RADIO_CHANNEL 80u /* 2480 MHz: the upper end of the band that is free in Europe */
 #define RADIO_ADDRESS {0x67u, 0x73u, 0x6Eu, 0x73u, 0x31u}
 #define RADIO_RETRIES 3u  /* ARD 250 us: at most 1.8 ms a frame */
 #define RADIO_AUTO_ACK true /* false for clones without it */

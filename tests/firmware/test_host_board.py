@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
+import os
 import signal
 import statistics
 import subprocess
@@ -14,7 +16,20 @@ from pathlib import Path
 
 import pytest
 from tests.firmware.bus_writer import BNO_PERIOD_NS, BusWriter
-from tests.firmware.host_board import BNO, FAILED, LOW, MPU, NDOF, STARTED, STATUS, Frame, HostBoard, lost, of_type
+from tests.firmware.host_board import (
+    BNO,
+    FAILED,
+    LOW,
+    MPU,
+    NDOF,
+    STARTED,
+    STATUS,
+    Frame,
+    HostBoard,
+    lost,
+    of_type,
+    uncobs,
+)
 
 
 @pytest.fixture
@@ -60,6 +75,24 @@ def test_bench_streams_without_loss(binary: Path, tmp_path: Path) -> None:
     assert mpu[-1].get("<H", 24) == pytest.approx(3900, abs=5)
     assert statistics.mean(frame.get("<h", 12) for frame in bno) == pytest.approx(981, abs=2)
     assert any("lying still" in line for line in board.said)
+
+
+def test_no_frame_comes_before_its_board_time(binary: Path, tmp_path: Path) -> None:
+    """By the least delay of a type, which a loaded machine only makes longer; jobs of a slot add up to 0.9 ms."""
+    least: dict[int, float] = {}
+    pending = b""
+    with HostBoard(binary, "--bus", str(tmp_path / "none"), "--duration", "3.5") as board:
+        line = os.open(board.port, os.O_RDONLY | os.O_NOCTTY)
+        with contextlib.suppress(OSError):  # EIO: the board has closed its end
+            while piece := os.read(line, 4096):
+                arrival_us = time.monotonic_ns() / 1000
+                *packets, pending = (pending + piece).split(b"\0")
+                for frame in map(Frame, map(uncobs, packets)):
+                    least[frame.type] = min(arrival_us - frame.time_us, least.get(frame.type, float("inf")))
+        os.close(line)
+    print({kind: round(delay - least[MPU]) for kind, delay in least.items()})
+    assert set(least) == {MPU, BNO, STATUS}
+    assert all(delay > least[MPU] - 400 for delay in least.values())
 
 
 def test_fast_profile_and_ndof(binary: Path, tmp_path: Path) -> None:
@@ -167,9 +200,9 @@ def test_nobody_reads_then_whole_packets_only(binary: Path, tmp_path: Path) -> N
         frames = board.read(0.5)
         assert all(frame.sound for frame in frames)
         assert frames[0].sequence > 300  # the oldest are gone, not the newest
-        again = board.read(0.4)  # a reader may come back
+        again = board.read(0.8)  # a reader may come back
         assert all(frame.sound for frame in again)
-        assert len(again) > 100
+        assert len(again) > 50
         assert board.end() == 0
     assert any("dropped for want of a reader" in line and " 0 dropped" not in line for line in board.said)
 

@@ -17,8 +17,8 @@
 #define OFF_NS 50000000u        /* without power in a brown-out */
 #define WATCHDOG_NS 500000000u
 #define HALF_CLOCK_NS 5000u
-#define DRAIN_NS 400000000u
-#define SETTLED_NS 100000000u
+#define DRAIN_NS 400000000u         /* a reader that takes nothing for so long is none */
+#define PATIENT_DRAIN_NS 2000000000u
 #define SUSPENDED_NS 1000000000u /* further behind than this: the host slept */
 
 host the_host;
@@ -122,13 +122,17 @@ static void reset_if_due(void)
     }
 }
 
-void host_drain(void)
+void host_drain(bool patient)
 {
-    const uint64_t end = host_now_ns() + DRAIN_NS;
-    uint64_t full_ns = host_now_ns(); /* when something last waited: the terminal passes bytes on with a delay of its own */
-    for (uint64_t now = full_ns; now < end && now < full_ns + SETTLED_NS; now = host_now_ns()) {
+    const uint64_t patience_ns = patient ? PATIENT_DRAIN_NS : DRAIN_NS;
+    const uint64_t settled_ns = patience_ns / 4u; /* the terminal passes bytes on with a delay of its own */
+    size_t left = pty_left(&the_host.pty);
+    uint64_t changed_ns = host_now_ns();
+    for (uint64_t now = changed_ns; now < changed_ns + (left > 0 ? patience_ns : settled_ns); now = host_now_ns()) {
         pty_service(&the_host.pty, now);
-        full_ns = pty_is_empty(&the_host.pty) ? full_ns : now;
+        const size_t still = pty_left(&the_host.pty);
+        changed_ns = still != left ? now : changed_ns;
+        left = still;
         sleep_until(now + NAP_NS);
     }
 }
@@ -138,6 +142,7 @@ void host_run_until(uint32_t due_us)
     const uint32_t shown = hal_micros();
     if (!time_reached(shown, due_us)) {
         const uint64_t due_ns = the_host.board_ns - the_host.board_ns % NS_PER_US + (uint64_t)(due_us - shown) * NS_PER_US;
+        host_radio_pass(due_ns);
         const uint64_t due_host = host_time(due_ns);
         uint64_t now = host_now_ns();
         while (now < due_host && !host_stop) {

@@ -48,6 +48,15 @@ void host_radio_advance(void)
     }
 }
 
+void host_radio_pass(uint64_t until_ns)
+{
+    const nrf_chip *sender = &the_host.air.sender;
+    while (sender->in_flight && sender->tx_count > 1 && sender->done_ns <= until_ns) {
+        the_host.board_ns = sender->done_ns > the_host.board_ns ? sender->done_ns : the_host.board_ns;
+        host_radio_advance();
+    }
+}
+
 static uint8_t transact(uint8_t command, const uint8_t *out, uint8_t *in, uint8_t length)
 {
     if (in_receiver) { /* another processor: takes no time of the board's */

@@ -64,8 +64,8 @@ void host_run_until(uint32_t due_us);
 uint64_t host_now_ns(void);
 /* The host's time at which the board's clock shows `board_ns`. */
 uint64_t host_time(uint64_t board_ns);
-/* Gives the reader a moment to take what is under way. */
-void host_drain(void);
+/* Lets a reader take what is under way; `patient`: even one that a busy machine held up. */
+void host_drain(bool patient);
 /* True once after every reset of the board. */
 bool host_take_reboot(void);
 
@@ -73,5 +73,7 @@ bool host_take_reboot(void);
 void host_radio_start(void);
 /* Brings the air up to the board's time. */
 void host_radio_advance(void);
+/* While the board sleeps until then: frames that wait in the chip go out. Moves the board's clock to their times. */
+void host_radio_pass(uint64_t until_ns);
 
 #endif

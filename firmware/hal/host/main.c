@@ -79,8 +79,9 @@ int main(int argc, char **argv)
 
     static board b;
     run(&o, &b);
-    host_drain();
-    if (faults_any(&o.host.faults) || o.host.faults.truth_path != NULL) {
+    const bool truth_wanted = faults_any(&o.host.faults) || o.host.faults.truth_path != NULL;
+    host_drain(truth_wanted);
+    if (truth_wanted) {
         report_truth(&the_host, &b);
     }
     pty_close(&the_host.pty);

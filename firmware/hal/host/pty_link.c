@@ -99,10 +99,11 @@ void pty_send(pty_link *pty, const pty_packet *packet)
 
 uint64_t pty_next_due(const pty_link *pty) { return pty->waiting > 0 ? pty->queue[pty->first].due_ns : UINT64_MAX; }
 
-bool pty_is_empty(const pty_link *pty)
+size_t pty_left(const pty_link *pty)
 {
     int unread = 0;
-    return pty->waiting == 0 && (ioctl(pty->slave, FIONREAD, &unread) != 0 || unread == 0);
+    const bool known = ioctl(pty->slave, FIONREAD, &unread) == 0;
+    return pty->waiting * PTY_PACKET_SIZE + (known ? (size_t)unread : 0u);
 }
 
 static bool has_room(const pty_link *pty, size_t size)
