@@ -73,12 +73,12 @@ def frames(index: int) -> list[bytes]:
     return out
 
 
-def play(link: str, seconds: float, pulls: list[tuple[float, float]], shared: Any, ready: Any) -> None:
+def play(link: str, seconds: float, pulls: list[tuple[float, float]], shared: Any, ready: Any, go: Any) -> None:
     """Body of the board's process. `shared`: write time of each MPU frame (ns), then the times of the replugs."""
     times = np.frombuffer(shared, dtype=np.int64)
     cable = Cable(Path(link))
     ready.set()
-    time.sleep(4.0)  # the bridge starts and is found
+    go.wait()
     begin = time.monotonic()
     changes = [edge for pull in pulls for edge in pull]
     done = 0
@@ -154,8 +154,8 @@ def soak(seconds: float, pulls: list[tuple[float, float]], raw_log: bool) -> dic
     shared = multiprocessing.RawArray("q", count + max(1, len(pulls)))
     with tempfile.TemporaryDirectory(prefix="gsense-soak-") as folder:
         link = Path(folder) / "tty"
-        ready = multiprocessing.Event()
-        board = multiprocessing.Process(target=play, args=(str(link), seconds, pulls, shared, ready), daemon=True)
+        ready, go = multiprocessing.Event(), multiprocessing.Event()
+        board = multiprocessing.Process(target=play, args=(str(link), seconds, pulls, shared, ready, go), daemon=True)
         board.start()
         ready.wait()
         arguments = ["--ros-args", "-p", f"port:={link}"]
@@ -167,15 +167,18 @@ def soak(seconds: float, pulls: list[tuple[float, float]], raw_log: bool) -> dic
             stderr=subprocess.DEVNULL if pulls else None,
         )
         try:
-            return measure(bridge, board, shared, count, len(pulls))
+            return measure(bridge, board, go, shared, count, len(pulls))
         finally:
             bridge.terminate()
             bridge.wait()
 
 
-def measure(bridge: Any, board: Any, shared: Any, count: int, pulls: int) -> dict[str, float]:
+def measure(bridge: Any, board: Any, go: Any, shared: Any, count: int, pulls: int) -> dict[str, float]:
     listener = Listener(count)
     spin = listener.rclpy.spin_once
+    while listener.link is None and bridge.poll() is None:
+        spin(listener.node, timeout_sec=0.1)
+    go.set()
     while not listener.order and board.is_alive():
         spin(listener.node, timeout_sec=0.1)
     begin, cpu, memory = time.monotonic(), cpu_s(bridge.pid), rss_mb(bridge.pid)
@@ -191,7 +194,8 @@ def measure(bridge: Any, board: Any, shared: Any, count: int, pulls: int) -> dic
     fresh = got & (np.arange(count) >= MPU_HZ)  # the first frames wait for the clock's fix
     latency = (listener.arrival - sent)[fresh] * 1e-6
     figures |= {f"p{q:g}_ms": float(np.percentile(latency, q)) for q in (50, 99, 99.9)}
-    figures |= {"max_ms": float(latency.max()), "unseen": int((sent > 0).sum() - got.sum())}
+    # Unseen: from the first frame seen on; those before it came while the subscriber was not yet found.
+    figures |= {"max_ms": float(latency.max()), "unseen": int(((sent > 0) & ~got)[got.argmax() :].sum())}
     figures |= {name: getattr(listener.link, name) for name in ("received", "lost", "corrupt", "duplicate", "restarts")}
     arrivals = np.sort(listener.arrival[got])
     first = [float(arrivals[arrivals > at][0] - at) * 1e-9 for at in back if (arrivals > at).any()]
