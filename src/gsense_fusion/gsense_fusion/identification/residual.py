@@ -51,13 +51,17 @@ class WindowResidual:
         return self.data.motion.angular_frequency
 
     def away_from_orders(self, bins: float = 2.5) -> BoolArray:
-        """Bins that no half-order of the drive (1/2 to 10) can reach, shape (m,)."""
+        """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond), shape (m,)."""
         w = self.angular_frequency
-        keep = np.ones(len(self.frequency), dtype=bool)
-        if w is not None:
-            for order in HALF_ORDERS:
-                keep &= np.abs(self.frequency - order * w / (2 * np.pi)) > bins * self.resolution_hz
-        return keep
+        if w is None:
+            return np.ones(len(self.frequency), dtype=bool)
+        order = self.frequency * 2 * np.pi / w
+        width = bins * self.resolution_hz * 2 * np.pi / w
+        from_half = np.abs(order - np.maximum(np.rint(2 * order), 1.0) / 2)
+        keep = (from_half > width) | (order > HALF_ORDERS[-1] + width)
+        if width < 0.25:  # a slow drive's orders lie so close that leaving them out would leave nothing
+            keep &= np.abs(order - np.maximum(np.rint(order), 1.0)) > width
+        return np.asarray(keep)
 
 
 def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list[WindowResidual]:
