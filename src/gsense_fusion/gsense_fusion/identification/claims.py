@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
+from gsense_fusion.identification.predict import Prediction, Predictor
 from gsense_fusion.identification.residual import residuals
 from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection, template_sound
 from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, order_energy
-from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
 REFINEMENT_PART = 0.01
@@ -59,15 +61,53 @@ def judge(selection: Selection, best: Fit) -> Claims:
             names.append(name)
     tested = _fit(selection, names + refinements)
     symptoms = find_symptoms(likelihood, tested, residuals(likelihood, tested, likelihood.campaign.fit))
-    demoted: list[str] = []
-    if any(s.kind == "orders" for s in symptoms):
-        demoted = [
-            n for n in names if selection.effects[n].dynamic and _removed_part(selection, tested, n) < LOCKED_PART
+    unequal = [
+        n
+        for n in names
+        if selection.effects[n].dynamic and not homogeneity(likelihood, tested, selection.effects[n]).holds
+    ]
+    symptoms += [_unequal_symptom(selection, tested, n) for n in unequal]
+    demoted = list(unequal)
+    names = [n for n in names if n not in unequal]
+    if unequal or any(s.kind == "orders" for s in symptoms):
+        rest = _fit(selection, names + refinements)
+        demoted += [
+            n for n in names if selection.effects[n].dynamic and _removed_part(selection, rest, n) < LOCKED_PART
         ]
         names = [n for n in names if n not in demoted]
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes))
+
+
+def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
+    """What is left where a demoted claim was: something like it, of another size in every run."""
+    likelihood = selection.likelihood
+    predictor = Predictor(likelihood.effects, likelihood.source)
+    with_it = Prediction.of("with", fit)
+    without = replace(
+        with_it, beta=np.where(np.isin(np.arange(len(fit.beta)), _columns_of(selection, name)), 0.0, fit.beta)
+    )
+    square, count = np.zeros(3), 0
+    for data in likelihood.campaign.fit:
+        for window in data.windows:
+            if window.moving:
+                cut = slice(window.start, window.stop)
+                part = predictor.rate(data, with_it)[cut] - predictor.rate(data, without)[cut]
+                square += np.sum(part**2, axis=0)
+                count += len(window)
+    rms = np.sqrt(square / max(count, 1))
+    axes = tuple(AXES[i] for i in range(3) if rms[i] > 0.3 * rms.max())
+    fastest = max(
+        (r.motion.angular_frequency or 0.0 for r in likelihood.campaign.fit if r.motion is not None), default=0.0
+    )
+    text = f"locked to the drive and like {name}, but of another size in every run"
+    p = homogeneity(likelihood, fit, selection.effects[name]).p_value
+    return Symptom("unequal", axes, p, float(np.linalg.norm(rms)), (fastest,), text)
+
+
+def _columns_of(selection: Selection, name: str) -> IntArray:
+    return selection.likelihood.columns.index(frozenset({name}))
 
 
 def _fit(selection: Selection, names: Sequence[str]) -> Fit:
