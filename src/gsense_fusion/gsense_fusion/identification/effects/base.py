@@ -92,7 +92,7 @@ class Effect(ABC):
     """Driven by the motion (then leave-one-run-out is a veto), not by slow quantities."""
     separating_run: ClassVar[str | None] = None
     """The run that would separate it from its usual rivals."""
-    every_run: ClassVar[bool] = True
+    every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects that must be in the model for this one to be visible."""

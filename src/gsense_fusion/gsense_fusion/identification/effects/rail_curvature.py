@@ -17,7 +17,6 @@ class RailCurvature(Effect):
     source = "geometry of a bowed or twisted rail; 0.1 mm sag on 0.6 m is 0.13 deg/m"
     parameters = spec("t_x t_y t_z", "rad/m", 1e-2) + spec("u_x u_y u_z", "rad/m^2", 3e-2)
     separating_run = "board_turned_180"
-    every_run = False
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail, and the rail's direction in the sensor's axes."""

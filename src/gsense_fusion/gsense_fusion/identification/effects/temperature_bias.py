@@ -19,6 +19,7 @@ class TemperatureBias(Effect):
     templates = (TemplateSpec("lag_s", "s", "temperature_lag_s", (0.0, 8.0, 25.0, 70.0), 0.0, 120.0, 5.0),)
     dynamic = False
     separating_run = "temperature_soak"
+    every_run = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the die's temperature."""

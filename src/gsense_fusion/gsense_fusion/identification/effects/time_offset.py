@@ -34,7 +34,6 @@ class TimeOffset(Effect):
     )
     needs = ("g_sensitivity",)
     separating_run = None
-    every_run = False
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion, and the accelerometer as the other clock."""
