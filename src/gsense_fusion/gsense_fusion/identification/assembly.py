@@ -179,12 +179,18 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
                 rate_rms_before=band_rms(a.folds, before, band),
                 rate_rms_after=band_rms(a.folds, name, band),
                 alternatives=tuple(alternatives),
-                separating_run=effect.separating_run if alternatives else None,
+                separating_run=_separating_run(a, name, alternatives),
                 equation=effect.equation,
                 source=effect.source,
             )
         )
     return tuple(out)
+
+
+def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
+    """The run that tells an effect from its rivals, as it or one of them knows it."""
+    known = (a.selection.effects[n].separating_run for n in (name, *alternatives))
+    return next((run for run in known if run is not None), None) if alternatives else None
 
 
 def _own_band(a: Analysis, effect: Effect) -> float:

@@ -36,7 +36,9 @@ class Fit:
     """Number of parameters that this data identifies."""
     drift: Mapping[int, Drift]
     alignment: Mapping[int, FloatArray]
-    """Difference of each mounting's coefficients from `beta` (gyro scale and misalignment on true rotations), (P,)."""
+    """Difference of each mounting's coefficients from `beta` (gyro alignment on true rotations), shape (P,)."""
+    best_loglik: float
+    """Log-likelihood at the best alignment instead of integrated over it: for comparing rivals, whatever their freedom."""
 
     def beta_in(self, mounting: int | None) -> FloatArray:
         """Coefficients in one mounting, shape (P,)."""
@@ -166,10 +168,10 @@ class Likelihood:
                 drift = self._estimate_drift(names, templates, X @ beta)
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
-        loglik = self._fast_loglik(fast, beta) - 0.5 * sum(m.logdet for m in marginals.values())
-        loglik += self._slow_loglik(X @ beta, drift)
+        best = self._fast_loglik(fast, beta) + self._slow_loglik(X @ beta, drift)
+        loglik = best - 0.5 * sum(m.logdet for m in marginals.values())
         delta = differences(grams, marginals, tolerance, beta)
-        return Fit(names, templates, loglik, beta, full, rank, drift, delta)
+        return Fit(names, templates, loglik, beta, full, rank, drift, delta, best)
 
     def _estimate_drift(self, names: frozenset[str], templates: Templates, predicted: FloatArray) -> dict[int, Drift]:
         everything = np.ones(len(self.blocks), dtype=bool)

@@ -142,7 +142,7 @@ class Selection:
             swapped = (best.names - {name}) | {other}
             if other in best.names or not self.allowed(swapped):
                 continue
-            if 2 * (best.loglik - self.candidate(swapped).fit.loglik) < RIVAL_LOGLIK:
+            if 2 * (best.best_loglik - self.candidate(swapped).fit.best_loglik) < RIVAL_LOGLIK:
                 out.append(other)
         return out
 
