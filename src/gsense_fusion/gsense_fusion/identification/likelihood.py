@@ -38,7 +38,7 @@ class Fit:
     alignment: Mapping[int, FloatArray]
     """Difference of each mounting's coefficients from `beta` (gyro alignment on true rotations), shape (P,)."""
     best_loglik: float
-    """Log-likelihood at the best alignment instead of integrated over it: for comparing rivals, whatever their freedom."""
+    """Log-likelihood at the best alignment instead of integrated over it: for comparing rivals of any freedom."""
 
     def beta_in(self, mounting: int | None) -> FloatArray:
         """Coefficients in one mounting, shape (P,)."""
