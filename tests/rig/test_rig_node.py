@@ -142,10 +142,12 @@ def test_home_drive_cancel_and_end(tmp_path, client):
 
 
 def check_motion(poses, joints, states):
-    stamps = np.array([p.header.stamp.sec + p.header.stamp.nanosec * 1e-9 for p in poses])
-    assert np.diff(stamps) == pytest.approx(0.005, abs=1e-5)  # not one lost
-    assert len(joints) == pytest.approx(len(poses), abs=3)
-    assert len(states) == pytest.approx(len(poses) / 4, abs=3)
+    for messages, period in ((poses, 0.005), (joints, 0.005), (states, 0.02)):
+        stamps = np.array([m.header.stamp.sec + m.header.stamp.nanosec * 1e-9 for m in messages])
+        assert np.diff(stamps) == pytest.approx(period, abs=1e-5)  # not one lost
+    # each topic's list was copied at an instant of its own, some messages being on their way
+    assert len(joints) == pytest.approx(len(poses), rel=0.05)
+    assert len(states) == pytest.approx(len(poses) / 4, rel=0.1)
     x = np.array([p.pose.position.x for p in poses])
     assert {p.header.frame_id for p in poses} == {"rail"}
     assert x.max() == pytest.approx(0.15, abs=1e-3)

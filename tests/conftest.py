@@ -1,0 +1,24 @@
+"""Marks what waits for real time (nodes, boards, recorders), so that `./rig test -m "not slow"` is quick."""
+
+from __future__ import annotations
+
+import pytest
+
+SLOW = (
+    "tests/graph/",
+    "tests/firmware/test_faults.py",
+    "tests/firmware/test_host_board.py",
+    "tests/driver/test_bridge_node.py",
+    "tests/driver/test_board_truth.py",
+    "tests/fusion/test_fusion_node.py",
+    "tests/rig/test_record.py",
+    "tests/rig/test_rig_node.py",
+    "tests/rig/test_loop_process.py",
+)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    for item in items:
+        place = item.path.relative_to(config.rootpath).as_posix()
+        if place.startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
