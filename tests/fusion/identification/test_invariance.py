@@ -70,3 +70,20 @@ def test_without_held_out_runs_each_is_held_out_in_turn() -> None:
     assert (result.verdict, names(result)) == ("effects_found", ["rail_curvature"])
     assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=0.3)
     assert result.rate_rms.full < 0.9 * result.rate_rms.declared
+
+
+@pytest.mark.parametrize(("late_s", "fast"), [(0.05, 0.0), (0.0, 50e-6)])
+def test_clocks_of_two_computers(late_s: float, fast: float) -> None:
+    """A constant offset is the encoder's delay; a crystal that is 50 ppm fast makes one delay a run, and is said."""
+    session = made(BOW)
+    origin = min(int(run.imu.stamp_ns[0]) for run, _ in session.runs)
+
+    def shifted(run: Run, role: object) -> tuple[Run, object]:
+        assert run.pose is not None
+        stamps = run.pose.stamp_ns - np.rint(late_s * 1e9 + fast * (run.pose.stamp_ns - origin)).astype(np.int64)
+        return replace(run, pose=replace(run.pose, stamp_ns=stamps)), role
+
+    result, before = analyse(changed(session, shifted), SETTINGS), analysed(BOW)
+    assert (result.verdict, names(result)) == (before.verdict, names(before)), result.unexplained
+    assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=0.03)
+    assert any("two clocks" in note for note in result.notes) == (fast > 0)

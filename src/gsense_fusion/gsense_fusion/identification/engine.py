@@ -21,6 +21,7 @@ from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.mounting import wandering_delay
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.selection import Selection
@@ -63,6 +64,8 @@ def _analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress
         )
     say("noise at rest", 0.15)
     noise, notes = noise_at_rest(campaign)
+    drifting = wandering_delay([r.geometry for r in campaign.runs])
+    notes += () if drifting is None else (drifting,)
     source = DriverSource(campaign)
     effects, undecidable = decidable(settings.catalogue, campaign, source)
     likelihood = Likelihood(campaign, source, effects, noise)

@@ -16,7 +16,8 @@ SAME_MOUNTING_RAD = 0.14
 DELAY_ITERATIONS = 4
 OWN_DELAY_STDERR_S = 3e-4
 """Runs whose delay is known better than this say how much the runs scatter."""
-MAX_DELAY_SPREAD_S = 5e-4
+WANDERING_DELAY_S = 2e-3
+"""A delay that differs by more from run to run is no chain's: encoder and IMU have clocks that drift apart."""
 
 
 @dataclass(frozen=True)
@@ -110,13 +111,22 @@ def run_delays(geometry: Sequence[RunGeometry], common: Delay) -> list[float]:
     """
     known = [g.delay for g in geometry if g.delay is not None]
     excess = [(d.value - common.value) ** 2 - d.stderr**2 for d in known if d.stderr < OWN_DELAY_STDERR_S]
-    spread = min(MAX_DELAY_SPREAD_S, float(np.sqrt(max(float(np.mean(excess)), 0.0)))) if excess else 0.0
+    spread = float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess else 0.0
     out = []
     for g in geometry:
         own = g.delay
         weight = 0.0 if own is None or spread == 0.0 else spread**2 / (spread**2 + own.stderr**2)
         out.append(common.value if own is None else common.value + weight * (own.value - common.value))
     return out
+
+
+def wandering_delay(geometry: Sequence[RunGeometry]) -> str | None:
+    """A line for the report where encoder and IMU were stamped by clocks that drift apart; else None."""
+    known = [g.delay.value for g in geometry if g.delay is not None and g.delay.stderr < OWN_DELAY_STDERR_S]
+    if len(known) < 2 or max(known) - min(known) < WANDERING_DELAY_S:
+        return None
+    between = f"between {1e3 * min(known):.1f} and {1e3 * max(known):.1f} ms"
+    return f"the encoder's delay lies {between}, run by run: two clocks drift apart; synchronise them"
 
 
 def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], list[int | None]]:
