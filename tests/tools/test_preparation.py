@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
+import venv
 from pathlib import Path
 
 import pytest
@@ -230,6 +231,18 @@ class TestSystem:
     def test_headers_are_found_as_the_compiler_finds_them(self) -> None:
         assert system.has_header("stdio.h")
         assert not system.has_header("no_such_header_anywhere.h")
+
+
+def test_an_environment_replaces_the_one_it_is_made_by(checkout: Checkout) -> None:
+    """A moved checkout: its own Python starts the set-up, which removes that environment and makes it anew."""
+    venv.create(checkout.env, symlinks=True, with_pip=False)
+    code = "import shutil, sys; sys.path.insert(0, sys.argv[1])\n"
+    code += "from pathlib import Path; from preparation import environment, ros; from preparation.checkout import Checkout\n"
+    code += "checkout = Checkout(Path(sys.argv[2])); shutil.rmtree(checkout.env)\n"
+    code += "environment._create(checkout, ros.Ros(None))\n"
+    command = [checkout.python, "-E", "-s", "-S", "-c", code, str(ROOT / "tools"), str(checkout.root)]
+    subprocess.run(command, check=True)
+    assert subprocess.run([checkout.python, "-c", ""], check=False).returncode == 0
 
 
 def test_pins_are_exact_and_cover_every_python() -> None:

@@ -16,6 +16,9 @@ from preparation.checkout import Checkout
 from preparation.errors import SetupError
 from preparation.progress import step
 
+# The interpreter's own name (python3.11): after a system upgrade python3 would be another version. Resolved at once:
+# it may be the environment's own, which goes when the checkout has moved.
+_INTERPRETER = Path(sys.executable).resolve()
 _STAMP = "environment"
 _DEV_STAMP = "environment-dev"
 # Raise it when the way the environment is made changes, so that existing ones are brought up to date.
@@ -90,12 +93,10 @@ def _digests(checkout: Checkout, found: ros.Ros) -> dict[str, str]:
 def _create(checkout: Checkout, found: ros.Ros) -> None:
     """Make an empty virtual environment."""
     shutil.rmtree(checkout.env, ignore_errors=True)
-    # The interpreter's own name (python3.11): after a system upgrade python3 would be another version.
-    interpreter = Path(sys.executable).resolve()
     options = ["--system-site-packages"] if found.prefix else []
-    with step(f"virtual environment of {interpreter}"):
+    with step(f"virtual environment of {_INTERPRETER}"):
         result = subprocess.run(
-            [interpreter, "-m", "venv", *options, str(checkout.env)],
+            [_INTERPRETER, "-m", "venv", *options, str(checkout.env)],
             env=_clean_environment(),
             capture_output=True,
             text=True,
