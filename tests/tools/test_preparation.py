@@ -237,7 +237,8 @@ def test_an_environment_replaces_the_one_it_is_made_by(checkout: Checkout) -> No
     """A moved checkout: its own Python starts the set-up, which removes that environment and makes it anew."""
     venv.create(checkout.env, symlinks=True, with_pip=False)
     code = "import shutil, sys; sys.path.insert(0, sys.argv[1])\n"
-    code += "from pathlib import Path; from preparation import environment, ros; from preparation.checkout import Checkout\n"
+    code += "from pathlib import Path\nfrom preparation import environment, ros\n"
+    code += "from preparation.checkout import Checkout\n"
     code += "checkout = Checkout(Path(sys.argv[2])); shutil.rmtree(checkout.env)\n"
     code += "environment._create(checkout, ros.Ros(None))\n"
     command = [checkout.python, "-E", "-s", "-S", "-c", code, str(ROOT / "tools"), str(checkout.root)]
