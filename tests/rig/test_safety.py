@@ -223,12 +223,12 @@ def test_silence_of_the_loop_and_of_the_command_source():
     loop.tick(0.0)
     loop.submit(Home(1))
     k = 0
-    while loop.mode is not Mode.FAULT:
+    while loop.machine.mode is not Mode.FAULT:
         k += 1
         hardware.advance(k / 600)
         loop.tick(k / 600)
         assert k < 70
-    assert loop.fault is Fault.COMMAND_LOST
+    assert loop.machine.fault is Fault.COMMAND_LOST
 
 
 def test_a_fault_is_latched_until_reset_and_keeps_the_zero_only_where_it_is_still_known():

@@ -47,24 +47,13 @@ class CarriageRecord:
     """s: the session's time minus the loop's."""
 
 
-class CampaignLoop(RigLoop):
-    """The rig's loop that also follows a list of references: triangles, and moves to where a static run rests."""
-
-    def follow(self, command: int, segments: Sequence[Reference]) -> None:
-        """Begins a motion; raises CarriageError where the rig is not ready."""
-        if self.mode is not Mode.IDLE or self._now is None:
-            raise CarriageError(f"the simulated rig is {self.mode.name.lower()}, not idle: {self.fault_text or 'busy'}")
-        self._motion = Motion(command, list(segments), self._now)
-        self._begin(Mode.RUNNING)
-
-
 class Carriage:
     """Makes the motions of a plan, one after the other. The loop's clock stands still while nobody uses the rig."""
 
     def __init__(self, seed: int, parameters: LoopParameters | None = None) -> None:
         parameters = parameters or LoopParameters()
         hardware = SimRail(parameters.plant, seed)
-        self._loop = CampaignLoop(hardware, parameters)
+        self._loop = RigLoop(hardware, parameters)
         self._clock = VirtualClock(self._loop, hardware, self._note)
         self._per_pose = round(parameters.rate / POSE_RATE)
         self._per_state = round(parameters.rate / STATE_RATE)
@@ -117,7 +106,11 @@ class Carriage:
 
     def _follow(self, segments: Sequence[Reference]) -> None:
         command = self._next_command()
-        self._loop.follow(command, segments)
+        machine = self._loop.machine
+        if machine.mode is not Mode.IDLE:
+            reason = machine.fault_text or "busy"
+            raise CarriageError(f"the simulated rig is {machine.mode.name.lower()}, not idle: {reason}")
+        self._loop.follow(Motion(command, list(segments), self._clock.now))
         limit = self._clock.now + 10.0 + sum(segment.duration for segment in segments)
         while self._clock.now < limit:
             self._clock.step()

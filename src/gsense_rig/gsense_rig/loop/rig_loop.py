@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gsense_rig.control.controllers import Measured, make_controller
-from gsense_rig.control.estimators import DriveObserver
-from gsense_rig.control.model import DriveModel
 from gsense_rig.control.references import Setpoint, Sine, SoftStop
-from gsense_rig.hardware.interface import HardwareError, HardwareReading, MotorOutput
+from gsense_rig.hardware.interface import HardwareError, HardwareReading
 from gsense_rig.loop.admission import busy_text, refuse_drive
+from gsense_rig.loop.axis import Axis
+from gsense_rig.loop.drive import Bridge, Drive
 from gsense_rig.loop.messages import Command, DriveSine, Home, Reply, Reset, Result, Stop, Telemetry
 from gsense_rig.loop.motion import Motion
-from gsense_rig.safety.brake import Brake
+from gsense_rig.loop.work import Work
 from gsense_rig.safety.homing import Homing, Phase
-from gsense_rig.safety.modes import KEEPS_POSITION, LIGHTS, Fault, Mode
-from gsense_rig.safety.monitor import FaultMonitor, Finding, Observation
+from gsense_rig.safety.machine import Finding, StateMachine
+from gsense_rig.safety.modes import Fault, Mode
+from gsense_rig.safety.monitor import FaultMonitor, Observation
 
 if TYPE_CHECKING:
     from gsense_rig.hardware.interface import RailHardware
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 
 NOT_RUN = "the loop has not run yet"
+BLIND = (Fault.ENCODER, Fault.HARDWARE)  # faults after which the velocity is not known
 
 
 class RigLoop:
@@ -31,33 +32,20 @@ class RigLoop:
     Call `tick(now)` once a period with a steadily growing time; `submit` commands in between; `take_results` hands out
     the ends of commands. The motor is off (DIS) in UNHOMED and IDLE, under control in HOMING, RUNNING and STOPPING; in
     FAULT it brakes to standstill and then goes off, at once where the bridge is broken.
+
+    Attributes:
+        machine: mode, fault, homed.
     """
 
     def __init__(self, hardware: RailHardware, parameters: LoopParameters) -> None:
         self.parameters = parameters
-        self.mode = Mode.UNHOMED
-        self.fault = Fault.NONE
-        self.fault_text = ""
-        self.homed = False
-        self._hardware = hardware
-        self._model = DriveModel(parameters.model)
-        self._controller = make_controller(parameters.controller, parameters.model)
-        self._observer = DriveObserver(parameters.model, parameters.period)
+        self.machine = StateMachine()
+        self._axis = Axis(hardware, parameters)
+        self._drive = Drive(self._axis, parameters)
+        self._work = Work()
         self._monitor = FaultMonitor(parameters.safety, parameters.model, parameters.motion.soft_limit)
-        self._zero_counts = 0.0
         self._now: float | None = None
         self._last_sign = 0.0
-        self._position = 0.0
-        self._reading: HardwareReading | None = None
-        self._setpoint: Setpoint | None = None
-        self._output = MotorOutput(0.0, True, 0)
-        self._motion: Motion | None = None
-        self._stop_command = 0
-        self._homing: Homing | None = None
-        self._homing_command = 0
-        self._begun = 0.0
-        self._brake = Brake(parameters.brake)
-        self._results: list[Result] = []
 
     # ---- commands
 
@@ -67,86 +55,76 @@ class RigLoop:
 
     def submit(self, command: Command) -> Reply:
         """Accept or refuse a command; refusals say why."""
+        reading = self._axis.reading
+        if reading is None or self._now is None:
+            return Reply(command.id, False, NOT_RUN)
         if isinstance(command, Home):
-            return self._home(command)
+            return self._home(command, reading, self._now)
         if isinstance(command, Stop):
-            return self._stop(command)
+            return self._stop(command, self._now)
         if isinstance(command, Reset):
             return self._reset(command)
-        return self._drive(command)
+        return self._sine(command, reading, self._now)
 
     def abort(self, fault: Fault, text: str) -> None:
         """Enter FAULT on a finding from outside (the command source is gone)."""
-        if self.mode is not Mode.FAULT:
+        if self.machine.mode is not Mode.FAULT:
             self._trip(Finding(fault, text))
 
     @property
     def at_rest(self) -> bool:
         """Whether the motor is off and nothing is in work."""
-        return self._output.disabled and self.mode in (Mode.UNHOMED, Mode.IDLE, Mode.FAULT)
+        return self._axis.output.disabled and self.machine.resting
 
     def take_results(self) -> list[Result]:
         """Results since the last call."""
-        results, self._results = self._results, []
-        return results
+        return self._work.take_results()
 
-    def _home(self, command: Home) -> Reply:
-        if self.mode not in (Mode.UNHOMED, Mode.IDLE):
-            return Reply(command.id, False, busy_text(self.mode, self.fault_text))
-        if self._reading is None or self._now is None:
-            return Reply(command.id, False, NOT_RUN)
-        left, _, right, _ = self._reading.switches
-        self._homing, self._homing_command = Homing(self.parameters.homing), command.id
-        self._homing.begin(self._now, self._position, left, right)
-        self._begin(Mode.HOMING)
-        self.homed = False
+    def _home(self, command: Home, reading: HardwareReading, now: float) -> Reply:
+        if self.machine.mode not in (Mode.UNHOMED, Mode.IDLE):
+            return Reply(command.id, False, busy_text(self.machine.mode, self.machine.fault_text))
+        homing = Homing(self.parameters.homing)
+        homing.begin(now, self._axis.position, reading.switches[0], reading.switches[2])
+        self._work.begin_homing(homing, command.id, now)
+        self._begin(Mode.HOMING, now)
         return Reply(command.id, True, "homing")
 
-    def _drive(self, command: DriveSine) -> Reply:
-        if self._reading is None or self._now is None:
-            return Reply(command.id, False, NOT_RUN)
-        p = self.parameters
-        reason = refuse_drive(command, self.mode, self.fault_text, self._reading.switches, p)
+    def _sine(self, command: DriveSine, reading: HardwareReading, now: float) -> Reply:
+        machine, p = self.machine, self.parameters
+        reason = refuse_drive(command, machine.mode, machine.fault_text, reading.switches, p)
         if reason is not None:
             return Reply(command.id, False, reason)
         sine = Sine(command.amplitude, command.angular_frequency, command.cycles)
-        self._motion = Motion.sine(command.id, sine, self._position, p.settle, self._now)
-        self._begin(Mode.RUNNING)
+        self.follow(Motion.sine(command.id, sine, self._axis.position, p.settle, now))
         return Reply(command.id, True, f"{sine.duration:.1f} s of motion")
 
-    def _stop(self, command: Stop) -> Reply:
-        if self._now is None:
-            return Reply(command.id, False, NOT_RUN)
-        if self.mode is Mode.RUNNING and self._motion is not None:
-            self._finish(self._motion.command, False, "stopped", self._motion.rms_error)
-            start = self._setpoint or Setpoint(self._position, 0.0, 0.0)
-            self._motion = Motion(command.id, [SoftStop(start)], self._now)
-            self._stop_command = command.id
-            self.mode = Mode.STOPPING
-        elif self.mode is Mode.HOMING:
-            self._finish(self._homing_command, False, "stopped")
-            self._homing = None
-            self._begin_brake()
-            self._stop_command = command.id
-            self.mode = Mode.STOPPING
-        elif self.mode is Mode.STOPPING:
-            self._finish(self._stop_command, True, "stopping, again")
-            self._stop_command = command.id
-        else:
-            self._finish(command.id, True, "the motor is off already")
+    def follow(self, motion: Motion) -> None:
+        """Begin a motion that was found to be within the limits; the rig must be IDLE."""
+        self._work.begin_motion(motion, motion.start)
+        self._begin(Mode.RUNNING, motion.start)
+
+    def _stop(self, command: Stop, now: float) -> Reply:
+        mode = self.machine.mode
+        if mode not in (Mode.HOMING, Mode.RUNNING, Mode.STOPPING):
+            self._work.finish(command.id, True, "the motor is off already")
+            return Reply(command.id, True, "stopping")
+        self._work.begin_stop(command.id)
+        if mode is Mode.RUNNING:
+            start = self._drive.setpoint or Setpoint(self._axis.position, 0.0, 0.0)
+            self._work.motion = Motion(command.id, [SoftStop(start)], now)
+        elif mode is Mode.HOMING:
+            self._begin_brake(now)
+        self.machine.enter(Mode.STOPPING)
         return Reply(command.id, True, "stopping")
 
     def _reset(self, command: Reset) -> Reply:
-        if self.mode is not Mode.FAULT:
+        if self.machine.mode is not Mode.FAULT:
             return Reply(command.id, False, "no fault to reset")
-        if self._brake.active:
+        if self._drive.brake.active:
             return Reply(command.id, False, "still braking")
-        keeps = self.homed and self.fault in KEEPS_POSITION
-        self.homed = keeps
-        self.mode = Mode.IDLE if keeps else Mode.UNHOMED
-        self.fault, self.fault_text = Fault.NONE, ""
+        self.machine.reset()
         self._monitor.clear()
-        self._finish(command.id, True, "idle" if keeps else "not homed: call rig/home")
+        self._work.finish(command.id, True, "idle" if self.machine.homed else "not homed: call rig/home")
         return Reply(command.id, True, "reset")
 
     # ---- the period
@@ -156,159 +134,120 @@ class RigLoop:
         period = self.parameters.period if self._now is None else now - self._now
         if self._now is None:
             self._last_sign = now
-        first = self._now is None
-        finding: Finding | None
-        try:
-            reading = self._hardware.read()
-        except HardwareError as error:
-            if self._reading is None:
-                raise
-            reading = self._reading
-            finding = Finding(Fault.HARDWARE, str(error))
-        else:
-            self._read(reading, first)
-            finding = self._monitor.check(self._observe(now, period, reading))
+        reading, finding = self._sense(now, period)
         self._now = now
-        if finding is not None and self.mode is not Mode.FAULT:
+        if finding is not None and self.machine.mode is not Mode.FAULT:
             self._trip(finding)
-        duty, disabled = self._act(now, reading)
-        self._write(duty, disabled)
+        self._write(self._act(now, reading))
         return self._telemetry(now, reading)
 
-    def _read(self, reading: HardwareReading, first: bool) -> None:
-        self._reading = reading
-        self._position = (reading.counts - self._zero_counts) / self._hardware.counts_per_metre
-        if first:
-            self._observer.reset(self._position)
-        self._observer.update(self._position, self._voltage())
-
-    def _voltage(self) -> float | None:
-        return None if self._output.disabled else self._model.duty_voltage(self._output.duty)
+    def _sense(self, now: float, period: float) -> tuple[HardwareReading, Finding | None]:
+        """Read the inputs and judge them; a reading that failed is the last one again."""
+        last = self._axis.reading
+        try:
+            reading = self._axis.read()
+        except HardwareError as error:
+            if last is None:
+                raise
+            return last, Finding(Fault.HARDWARE, str(error))
+        return reading, self._monitor.check(self._observe(now, period, reading))
 
     def _observe(self, now: float, period: float, reading: HardwareReading) -> Observation:
-        reference = None if self._setpoint is None else self._setpoint.position
+        drive, machine = self._drive, self.machine
+        reference = None if drive.setpoint is None else drive.setpoint.position
         return Observation(
-            now, period, self.mode, self.homed, reading, self._position, reference, self._voltage(),
-            self._brake.active, now - self._last_sign,
+            now, period, machine.mode, machine.homed, reading, self._axis.position, reference, self._axis.voltage,
+            drive.brake.active, now - self._last_sign,
         )  # fmt: skip
 
-    def _act(self, now: float, reading: HardwareReading) -> tuple[float, bool]:
-        """Duty and DIS of this period."""
-        if self._homing is not None:
-            return self._act_homing(self._homing, now, reading)
-        if self._brake.active:
+    def _act(self, now: float, reading: HardwareReading) -> Bridge:
+        """What the bridge is told in this period."""
+        if self._work.homing is not None:
+            return self._act_homing(self._work.homing, now, reading)
+        if self._drive.brake.active:
             return self._act_braking(now)
-        if self._motion is not None:
-            return self._act_motion(self._motion, now)
-        self._setpoint = None
-        return 0.0, True
+        if self._work.motion is not None:
+            return self._act_motion(self._work.motion, now)
+        return self._drive.off()
 
-    def _act_motion(self, motion: Motion, now: float) -> tuple[float, bool]:
+    def _act_motion(self, motion: Motion, now: float) -> Bridge:
         setpoint = motion.setpoint(now)
-        if setpoint is None:
-            self._motion, self._setpoint = None, None
-            if self.mode is Mode.STOPPING:
-                self._begin_brake()
-                return self._act_braking(now)
-            self._finish(motion.command, True, "done", motion.rms_error)
-            self.mode = Mode.IDLE
-            return 0.0, True
-        motion.note_error(now, setpoint.position - self._position)
-        return self._control(setpoint), False
+        if setpoint is not None:
+            motion.note_error(now, setpoint.position - self._axis.position)
+            return self._drive.follow(setpoint)
+        if self.machine.mode is Mode.STOPPING:
+            self._begin_brake(now)
+            return self._act_braking(now)
+        self._work.end_motion("done")
+        self.machine.rest()
+        return self._drive.off()
 
-    def _act_homing(self, homing: Homing, now: float, reading: HardwareReading) -> tuple[float, bool]:
+    def _act_homing(self, homing: Homing, now: float, reading: HardwareReading) -> Bridge:
         before = homing.reference
-        homing.update(now, self._position, reading.switches[0], reading.switches[2])
+        homing.update(now, self._axis.position, reading.switches[0], reading.switches[2])
         if homing.failure is not None:
             self._trip(Finding(homing.failure.fault, homing.failure.text))
             return self._act_braking(now)
         if homing.phase is Phase.DONE:
             return self._homing_done(homing)
         if homing.reference is None:
-            self._setpoint = None
-            self._brake.begin(now)
-            return 0.0, False
+            self._drive.setpoint = None
+            self._drive.brake.begin(now)
+            return Bridge(0.0, False)
         if homing.reference is not before:
-            self._controller.reset()
-            self._brake.release()
-        return self._control(homing.reference.at(now - homing.started)), False
+            self._drive.prepare()
+        return self._drive.follow(homing.reference.at(now - homing.started))
 
-    def _homing_done(self, homing: Homing) -> tuple[float, bool]:
-        self._zero_counts += homing.zero * self._hardware.counts_per_metre
-        self._observer.shift(homing.zero)
-        self._position -= homing.zero
+    def _homing_done(self, homing: Homing) -> Bridge:
+        self._axis.shift_zero(homing.zero)
         self._monitor.shift(homing.zero)
-        self.homed, self.mode = True, Mode.IDLE
-        self._homing, self._setpoint = None, None
-        self._brake.release()
-        self._finish(self._homing_command, True, f"homed; the carriage is at {self._position * 1e3:+.2f} mm")
-        return 0.0, True
+        self.machine.zero_found()
+        self._drive.brake.release()
+        self._work.end_homing(f"homed; the carriage is at {self._axis.position * 1e3:+.2f} mm")
+        return self._drive.off()
 
-    def _act_braking(self, now: float) -> tuple[float, bool]:
+    def _act_braking(self, now: float) -> Bridge:
         """Brake until standstill, then off; off at once where there is no bridge to brake with."""
-        self._setpoint = None
-        if self.fault is Fault.BRIDGE:
-            self._brake.release()
-        if self._brake.update(now, self._observer.velocity, blind=self.fault in (Fault.ENCODER, Fault.HARDWARE)):
-            return 0.0, False
-        if self.mode is Mode.STOPPING:
-            self.mode = Mode.IDLE if self.homed else Mode.UNHOMED
-            self._finish(self._stop_command, True, "stopped")
-        return 0.0, True
+        if self.machine.fault is Fault.BRIDGE:
+            self._drive.brake.release()
+        bridge = self._drive.braking(now, blind=self.machine.fault in BLIND)
+        if bridge.disabled and self.machine.mode is Mode.STOPPING:
+            self.machine.rest()
+            self._work.end_stop("stopped")
+        return bridge
 
-    def _control(self, setpoint: Setpoint) -> float:
-        self._setpoint = setpoint
-        measured = Measured(self._position, self._observer.position, self._observer.velocity)
-        voltage = self._controller.voltage(setpoint, measured, self.parameters.period)
-        return self._model.duty(voltage)
-
-    def _write(self, duty: float, disabled: bool) -> None:
-        self._output = MotorOutput(duty, disabled, int(LIGHTS[self.mode]))
+    def _write(self, bridge: Bridge) -> None:
         try:
-            self._hardware.write(self._output)
+            self._axis.write(bridge.duty, bridge.disabled, int(self.machine.light))
         except HardwareError as error:
-            if self.mode is not Mode.FAULT:
+            if self.machine.mode is not Mode.FAULT:
                 self._trip(Finding(Fault.HARDWARE, str(error)))
 
     # ---- transitions
 
-    def _begin(self, mode: Mode) -> None:
-        self.mode, self._begun = mode, self._last_tick()
-        self._brake.release()
-        self._controller.reset()
+    def _begin(self, mode: Mode, now: float) -> None:
+        self.machine.enter(mode)
+        self._drive.prepare()
         self._monitor.clear()
-        self._last_sign = max(self._last_sign, self._begun)
+        self._last_sign = max(self._last_sign, now)
 
-    def _last_tick(self) -> float:
-        return 0.0 if self._now is None else self._now
-
-    def _begin_brake(self) -> None:
-        self._motion, self._setpoint = None, None
-        self._brake.begin(self._last_tick())
+    def _begin_brake(self, now: float) -> None:
+        self._work.motion, self._drive.setpoint = None, None
+        self._drive.brake.begin(now)
 
     def _trip(self, finding: Finding) -> None:
         """Enter FAULT: end what is in work and brake."""
-        for command in {self._active_command(), self._stop_command if self.mode is Mode.STOPPING else 0} - {0}:
-            self._finish(command, False, finding.text)
-        self.mode, self.fault, self.fault_text = Mode.FAULT, finding.fault, finding.text
-        self._homing = None
-        self._begin_brake()
-
-    def _finish(self, command: int, success: bool, message: str, rms_error: float = 0.0) -> None:
-        self._results.append(Result(command, success, message, rms_error))
-
-    def _active_command(self) -> int:
-        if self._motion is not None:
-            return self._motion.command
-        return self._homing_command if self._homing is not None else 0
+        self._work.fail(finding.text)
+        self.machine.trip(finding)
+        self._begin_brake(0.0 if self._now is None else self._now)
 
     def _telemetry(self, now: float, reading: HardwareReading) -> Telemetry:
-        setpoint, position = self._setpoint, self._position
-        reference = position if setpoint is None else setpoint.position
-        command = self._active_command()
+        axis, machine, setpoint, command = self._axis, self.machine, self._drive.setpoint, self._work.command
+        reference = axis.position if setpoint is None else setpoint.position
         return Telemetry(
-            now, self.homed, position, self._observer.velocity, self._observer.acceleration,
-            self._model.force(reading.current, self._observer.velocity), reference, reference - position,
-            self._output.duty, self._output.disabled, reading.current, reading.switches, self._output.light,
-            int(self.mode), int(self.fault), self.fault_text, command, now - self._begun if command else 0.0,
+            now, machine.homed, axis.position, axis.observer.velocity, axis.observer.acceleration,
+            axis.model.force(reading.current, axis.observer.velocity), reference, reference - axis.position,
+            axis.output.duty, axis.output.disabled, reading.current, reading.switches, axis.output.light,
+            int(machine.mode), int(machine.fault), machine.fault_text, command,
+            now - self._work.begun if command else 0.0,
         )  # fmt: skip

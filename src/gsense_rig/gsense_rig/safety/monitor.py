@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+from gsense_rig.safety.machine import Finding
 from gsense_rig.safety.modes import Fault, Mode
 
 if TYPE_CHECKING:
@@ -45,13 +46,6 @@ class Observation(NamedTuple):
     voltage: float | None  # V applied since the last tick; None: bridge open
     braking: bool  # the short-circuit brake is on
     command_age: float  # s since the last sign of life
-
-
-class Finding(NamedTuple):
-    """A fault and its text."""
-
-    fault: Fault
-    text: str
 
 
 class FaultMonitor:

@@ -1,0 +1,68 @@
+"""The rail's hardware as the loop knows it: position on the rail's own zero, estimated motion, outputs in force."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gsense_rig.control.estimators import DriveObserver
+from gsense_rig.control.model import DriveModel
+from gsense_rig.hardware.interface import MOTOR_OFF, HardwareReading, MotorOutput
+
+if TYPE_CHECKING:
+    from gsense_rig.hardware.interface import RailHardware
+    from gsense_rig.loop.parameters import LoopParameters
+
+
+class Axis:
+    """Reads and writes the hardware once a period.
+
+    Attributes:
+        model: the loop's belief about the drive.
+        observer: estimates position, velocity and acceleration.
+        position: of the encoder [m], from the rail's middle once that is known.
+        reading: the newest one; None before the first.
+        output: what was written last.
+    """
+
+    def __init__(self, hardware: RailHardware, parameters: LoopParameters) -> None:
+        self.model = DriveModel(parameters.model)
+        self.observer = DriveObserver(parameters.model, parameters.period)
+        self.position = 0.0
+        self.reading: HardwareReading | None = None
+        self.output = MOTOR_OFF
+        self._hardware = hardware
+        self._zero_counts = 0.0
+
+    @property
+    def voltage(self) -> float | None:
+        """Voltage on the motor since the last write [V]; None: bridge open."""
+        return None if self.output.disabled else self.model.duty_voltage(self.output.duty)
+
+    def read(self) -> HardwareReading:
+        """Read the inputs and update position and observer.
+
+        Raises:
+            HardwareError: the hardware does not answer; nothing is changed then.
+        """
+        reading = self._hardware.read()
+        first, self.reading = self.reading is None, reading
+        self.position = (reading.counts - self._zero_counts) / self._hardware.counts_per_metre
+        if first:
+            self.observer.reset(self.position)
+        self.observer.update(self.position, self.voltage)
+        return reading
+
+    def write(self, duty: float, disabled: bool, light: int) -> None:
+        """Write the outputs.
+
+        Raises:
+            HardwareError: the hardware does not answer.
+        """
+        self.output = MotorOutput(duty, disabled, light)
+        self._hardware.write(self.output)
+
+    def shift_zero(self, offset: float) -> None:
+        """Move the zero: positions become smaller by offset [m]."""
+        self._zero_counts += offset * self._hardware.counts_per_metre
+        self.observer.shift(offset)
+        self.position -= offset
