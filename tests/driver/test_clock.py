@@ -64,11 +64,14 @@ def test_stamps_are_good_to_0_2_ms_after_10_s(latency, skew):
     assert clock.steps == 0
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_independent_latencies_in_order_leave_less_than_0_4_ms(seed):
-    """The hardest case: no burst ends on time, the envelope itself is noisy."""
-    true, errors, _ = simulate(independent, 60.0, seed=seed)
-    assert np.std(errors[true > 10]) < 0.4e-3
+def test_independent_latencies_in_order_are_good_to_0_2_ms_too():
+    """The hardest case: no burst ends on time, the envelope itself is noisy; single runs scatter."""
+    rms = []
+    for seed in range(8):
+        true, errors, _ = simulate(independent, 40.0, seed=seed)
+        rms.append(np.std(errors[true > 10]))
+    assert np.sqrt(np.mean(np.square(rms))) < 0.2e-3
+    assert max(rms) < 0.3e-3
 
 
 @pytest.mark.parametrize("latency", LATENCIES)

@@ -31,7 +31,8 @@ class ClockSettings:
     skew_sigma: float = 1e-4  # prior of the skew (crystals and the PIC's oscillator against the host), 1
     known_skew_sigma: float = 5e-6  # the same after a restart
     noise_s: float = 1e-4  # scatter of a bin's minimum
-    gate: float = 1.5  # width of the outlier gate over the envelope, in scatters
+    gate_shares: tuple[float, float] = (0.1, 0.5)  # how many bins pass the outlier gate: few trust the earliest frames
+    # alone, many learn a slope that is far off
     late_step_s: float = 0.1  # bins that all stay this late ...
     late_step_after_s: float = 2.0  # ... for this long mean that the board's time jumped
     early_step_s: float = 0.25  # a frame this early cannot be: the board's time jumped
@@ -164,25 +165,30 @@ class BoardClock:
         points = np.array(self._points)
         x, y = points[:, 0], points[:, 1]
         weight = np.exp((x - now) / settings.memory_s)
+        narrow, wide = (self._line(x, y, weight, share) for share in settings.gate_shares)
+        _, self._slope, self._intercept = wide if wide[0] < 0.5 * narrow[0] else narrow
+
+    def _line(self, x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: float) -> tuple[float, float, float]:
+        """Line through the bins near the envelope: how far all bins stand above it on average, slope, intercept."""
         slope = self._slope
         for _ in range(3):
             residual = y - slope * x
-            gate, spread = self._gate(residual)
+            gate, spread = self._gate(residual, share)
             prior = (min(self._scatter(residual), spread) / self._slope_sigma) ** 2
             used = weight * gate
             total = used.sum()
             x_mean, y_mean = (used @ x) / total, (used @ y) / total
             dx = x - x_mean
             slope = float((used @ (dx * (y - y_mean)) + prior * self._slope_prior) / (used @ (dx * dx) + prior))
-        self._slope = slope
-        self._intercept = float(y_mean - slope * x_mean)
+        above = y - slope * x
+        return float(above.mean() - above.min()), slope, float(y_mean - slope * x_mean)
 
-    def _gate(self, residual: np.ndarray) -> tuple[np.ndarray, float]:
+    def _gate(self, residual: np.ndarray, share: float) -> tuple[np.ndarray, float]:
         """1 for bins near the lower envelope, 0 for those that only held late frames; and the envelope's spread, s."""
         ordered = np.sort(residual)
         floor = float(ordered[0])
-        spread = max(self.settings.noise_s, _quantile(ordered, 0.25) - floor)
-        return (residual <= floor + self.settings.gate * spread).astype(float), spread
+        spread = max(self.settings.noise_s, _quantile(ordered, share) - floor)
+        return (residual <= floor + spread).astype(float), spread
 
     def _scatter(self, residual: np.ndarray) -> float:
         """Scatter of the bins' minima, s: from their steps, so that an unknown slope does not count."""
