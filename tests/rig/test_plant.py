@@ -8,7 +8,7 @@ import pytest
 from gsense_rig.control.model import DriveModel
 from gsense_rig.hardware.interface import MotorOutput
 from gsense_rig.hardware.sim import SimRail
-from gsense_rig.plant import DriveParameters, PlantParameters, TrackParameters
+from gsense_rig.plant import DriveParameters, PlantParameters, TrackParameters, dynamics
 from gsense_rig.plant.plant import Plant
 
 W, A = 8.0, 0.15
@@ -60,19 +60,53 @@ def test_short_circuit_brake_stops_within_18_to_22_mm(mass, friction):
     assert abs(history[:, 4]).max() > 5.0  # the motor's own current brakes
 
 
-def test_disabled_bridge_lets_the_carriage_coast_with_its_friction_alone():
-    """Against the closed form m v' = -F - b v; friction and inertia of the rotor are ahead of the gear's loss."""
-    d = replace(drive(), static_friction=3.0)
+def coasting(mass, force, viscous, v=1.2):
+    """Distance of m v' = -F - b v from v to rest [m]."""
+    return mass / viscous * (v - force / viscous * np.log(1.0 + viscous * v / force))
+
+
+def coast(d):
     plant = Plant(PlantParameters(drive=d, track=LONG_TRACK))
     plant.set_motion(0.0, 1.2)
     history = plant.advance(2.0, 0.0, True)
-    # The load alone would slow down faster than the rotor alone: the rotor drives, and the gear takes its share.
-    mass = d.load_mass + d.motor_mass * d.gear_efficiency
-    force = d.coulomb_friction + d.motor_coulomb * d.gear_efficiency
-    viscous = d.viscous_friction + d.motor_viscous * d.gear_efficiency
-    distance = mass / viscous * (1.2 - force / viscous * np.log(1.0 + viscous * 1.2 / force))
-    assert plant.position == pytest.approx(distance, rel=0.01)
+    assert plant.velocity == 0.0
     assert not history[5:, 4].any()  # no current through an open bridge
+    return plant.position
+
+
+@pytest.mark.parametrize(("mass", "distance"), [(1.5, 0.31), (2.0, 0.38)])
+def test_coasting_without_rotor_drag_and_gear_loss_is_the_calculated_031_to_038_m(mass, distance):
+    d = replace(drive(mass), static_friction=3.0, gear_efficiency=1.0, rotor_viscous=0.0)
+    assert coasting(d.load_mass + d.motor_mass, 3.0 + d.motor_coulomb, 2.0) == pytest.approx(distance, abs=2e-3)
+    assert coast(d) == pytest.approx(distance, abs=2e-3)
+
+
+def test_coasting_with_them_is_shorter_by_what_the_closed_form_says():
+    """The load alone would slow down faster than the rotor alone: the rotor drives, and the gear takes its share."""
+    d = replace(drive(), static_friction=3.0)
+    eta = d.gear_efficiency
+    distance = coasting(
+        d.load_mass + eta * d.motor_mass, 3.0 + eta * d.motor_coulomb, d.viscous_friction + eta * d.motor_viscous
+    )
+    assert distance == pytest.approx(0.278, abs=1e-3)
+    assert coast(d) == pytest.approx(distance, rel=0.01)
+
+
+def test_belt_stretches_with_the_load_and_rings_at_its_own_frequency():
+    d = replace(drive(), coulomb_friction=0.0, static_friction=0.0, viscous_friction=0.0, belt_damping=0.0)
+    plant = Plant(PlantParameters(drive=d, track=LONG_TRACK))
+    stretch, position = [], []
+    for k in range(1, 2001):
+        plant.advance(k * 2e-4, 0.6, False)
+        stretch.append(plant.encoder_position - plant.position)
+        position.append(plant.position)
+    acceleration = np.gradient(np.gradient(position, 2e-4), 2e-4)
+    force = d.belt_stiffness * np.array(stretch)
+    assert force[500:1500] == pytest.approx(d.carriage_mass * acceleration[500:1500], abs=2.0)
+    spectrum = abs(np.fft.rfft((force - np.mean(force)) * np.hanning(2000)))
+    lighter = 1.0 / (1.0 / d.carriage_mass + 1.0 / (d.pulley_mass + d.gear_efficiency * d.motor_mass))
+    own = np.sqrt(d.belt_stiffness / lighter) / (2.0 * np.pi)
+    assert np.argmax(spectrum[20:]) + 20 == pytest.approx(own * 0.4, abs=2.0)  # bins of 2.5 Hz
 
 
 def test_coasting_only_loses_energy():
@@ -118,7 +152,7 @@ def test_small_duty_and_small_force_do_not_move_it():
     plant.advance(0.5, 0.014, False)  # dead zone
     assert plant.current == 0.0
     plant.advance(1.0, 0.03, False)  # 0.36 V: 3 N, below breakaway
-    assert plant.position == 0.0
+    assert abs(plant.position) < 5e-6  # the belt rings as it tightens
     plant.advance(1.5, 0.08, False)
     assert plant.position > 0.0
 
@@ -154,10 +188,10 @@ def test_switches_have_hysteresis_and_delay():
     released = Plant(position=-0.2398)
     released.set_motion(-0.2401, 0.0)
     assert released.switches[0]
-    released._state[1] = -0.2396  # inside the hysteresis
+    released._state[[dynamics.POSITION, dynamics.PULLEY]] = -0.2396  # inside the hysteresis
     released.advance(0.01, 0.0, True)
     assert released.switches[0]
-    released._state[1] = -0.2394
+    released._state[[dynamics.POSITION, dynamics.PULLEY]] = -0.2394
     released.advance(0.02, 0.0, True)
     assert not released.switches[0]
 
@@ -172,6 +206,6 @@ def test_sim_rail_counts_50_um_steps_from_a_power_on_zero_and_repeats_by_seed():
     rail.write(MotorOutput(0.3, False, 0))
     for k in range(1, 21):
         rail.advance(k * 0.01)
-        moved = (rail.plant.position - starts[0]) * rail.counts_per_metre
+        moved = (rail.plant.encoder_position - starts[0]) * rail.counts_per_metre
         assert abs(rail.read().counts - first - moved) <= 1.0
     assert moved > 100

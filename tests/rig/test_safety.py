@@ -60,7 +60,7 @@ def test_homing_starts_on_a_switch_or_the_buffer(start):
     ("levels", "fault", "word"),
     [
         ({0: True}, Fault.SWITCH_STUCK, "left switch stays pressed"),
-        ({0: False}, Fault.STALL, ""),  # nobody answers: the carriage ends in the buffer, and that is noticed
+        ({0: False}, Fault.OVERCURRENT, ""),  # nobody answers: the carriage hits the buffer, and that is noticed
         ({2: False}, Fault.HOMING_FAILED, "no right switch"),
         ({2: True}, Fault.SWITCH_STUCK, "right switch stays pressed"),
     ],

@@ -39,7 +39,7 @@ class SimRail:
 
     Args:
         parameters: the physics.
-        seed: draws the carriage's start position, the encoder's phase and the current sensor's noise.
+        seed: draws the carriage's start position, the encoder's phase, the current sensor's noise and the switches.
         position: start position [m] instead of a random one.
         time: start time [s].
     """
@@ -50,7 +50,7 @@ class SimRail:
         self._rng = np.random.default_rng([seed, 0x7A11])
         drawn = float(self._rng.uniform(-0.2, 0.2))
         start = drawn if position is None else position
-        self.parameters = parameters or PlantParameters()
+        self.parameters = _with_drawn_switches(parameters or PlantParameters(), seed)
         self.plant = Plant(self.parameters, start, time)
         self.counts_per_metre = self.parameters.drive.counts_per_metre
         self.injection = Injection()
@@ -78,7 +78,7 @@ class SimRail:
     def read(self) -> HardwareReading:
         """Read the sensors at the time reached."""
         fault = self.injection
-        counts = math.floor((self.plant.position - self._zero) * self.counts_per_metre)
+        counts = math.floor((self.plant.encoder_position - self._zero) * self.counts_per_metre)
         if fault.encoder_frozen:
             self._frozen_at = counts if self._frozen_at is None else self._frozen_at
             counts = self._frozen_at
@@ -108,3 +108,11 @@ class SimRail:
         stuck = replace(drive, coulomb_friction=1000.0, static_friction=1000.0) if jammed else drive
         self.plant.replace_parameters(replace(self.parameters, drive=stuck))
         self._jammed = jammed
+
+
+def _with_drawn_switches(parameters: PlantParameters, seed: int) -> PlantParameters:
+    """Draw the inductive switches' sensing distance within its spread; alike, since 0 is midway between them."""
+    switches = parameters.switches
+    shift = float(np.random.default_rng([seed, 0x5E45]).uniform(-1.0, 1.0)) * switches.sensing_spread
+    drawn = replace(switches, sensing_distance=switches.sensing_distance + shift)
+    return replace(parameters, switches=drawn)

@@ -1,8 +1,11 @@
 """The rail's equations of motion, compiled; one call advances the plant to a time.
 
-Motor side:  L di/dt = u - R i - c v
-Gear:        the transmitted force c i - f_motor - m_motor a loses 1 - eta in the direction in which power flows
-Load side:   m_load a = transmitted - friction(v) - buffers(x, v)
+Two masses on a belt, all as straight motion at the belt (p: pulley with rotor and encoder, no index: carriage):
+
+Winding:   L di/dt = u - R i - c v_p
+Gear:      the transmitted force c i - f_motor - m_motor a_p loses 1 - eta in the direction in which power flows
+Pulley:    m_pulley a_p = transmitted - belt,   belt = k (x_p - x) + d (v_p - v)
+Carriage:  m a = belt - friction(v) - buffers(x, v),   friction: Coulomb, Stribeck and viscous
 
 The bridge is averaged over its 24 kHz period: PWM high drives the DIR diagonal, low short-circuits the motor (slow
 decay), DIS opens all four switches, so that the current returns to the supply through the diodes and then stays zero.
@@ -22,31 +25,32 @@ if TYPE_CHECKING:
     from gsense_rig.plant.parameters import PlantParameters
 
 # state vector
-TIME, POSITION, SPEED, CURRENT, ACCELERATION = range(5)
-SWITCH = 5  # four outputs, then four raw levels, then four times of the raw level's last change
+TIME, POSITION, SPEED, CURRENT, ACCELERATION, PULLEY, PULLEY_SPEED = range(7)
+SWITCH = 7  # four outputs, then four raw levels, then four times of the raw level's last change
 STATE_SIZE = SWITCH + 12
 
 # parameter vector
 (
-    P_SUPPLY, P_R, P_L, P_C, P_ETA, P_MOTOR_MASS, P_LOAD_MASS, P_MOTOR_COULOMB, P_MOTOR_VISCOUS, P_COULOMB, P_STATIC,
-    P_STRIBECK, P_VISCOUS, P_DEAD_ZONE, P_CURRENT_LIMIT, P_STOP, P_BUFFER, P_STIFFNESS, P_DAMPING, P_STEP, P_LIMIT,
-    P_CENTRE, P_HYSTERESIS, P_DELAY, P_OPTICAL, P_OPTICAL_HYSTERESIS, P_OPTICAL_DELAY,
-) = range(27)  # fmt: skip
+    P_SUPPLY, P_R, P_L, P_C, P_ETA, P_MOTOR_MASS, P_PULLEY_MASS, P_MASS, P_MOTOR_COULOMB, P_MOTOR_VISCOUS, P_BELT,
+    P_BELT_DAMPING, P_COULOMB, P_STATIC, P_STRIBECK, P_VISCOUS, P_DEAD_ZONE, P_CURRENT_LIMIT, P_STOP, P_BUFFER,
+    P_STIFFNESS, P_DAMPING, P_STEP, P_LIMIT_ON, P_LIMIT_OFF, P_CENTRE_ON, P_CENTRE_OFF, P_DELAY, P_OPTICAL,
+    P_OPTICAL_HYSTERESIS, P_OPTICAL_DELAY,
+) = range(31)  # fmt: skip
 
 HISTORY_COLUMNS = 5
 DIODE_DROP = 0.7  # V, of each of the two conducting body diodes
 
 
 def parameter_vector(parameters: PlantParameters) -> NDArray[np.float64]:
-    """Flatten the parameters in the order of the P_ constants; array with shape (27,)."""
+    """Flatten the parameters in the order of the P_ constants; array with shape (31,)."""
     d, s, t = parameters.drive, parameters.switches, parameters.track
     return np.array(
         [
             d.supply_voltage, d.resistance, d.inductance, d.force_constant, d.gear_efficiency, d.motor_mass,
-            d.load_mass, d.motor_coulomb, d.motor_viscous, d.coulomb_friction, d.static_friction, d.stribeck_speed,
-            d.viscous_friction, d.dead_zone, d.current_limit, t.end_stop, t.buffer_length, t.buffer_stiffness,
-            t.buffer_damping, parameters.step, s.limit_position, s.centre_half_width, s.inductive_hysteresis,
-            s.inductive_delay, s.optical_position, s.optical_hysteresis, s.optical_delay,
+            d.pulley_mass, d.carriage_mass, d.motor_coulomb, d.motor_viscous, d.belt_stiffness, d.belt_damping,
+            d.coulomb_friction, d.static_friction, d.stribeck_speed, d.viscous_friction, d.dead_zone, d.current_limit,
+            t.end_stop, t.buffer_length, t.buffer_stiffness, t.buffer_damping, parameters.step, *s.limit_edges,
+            *s.centre_edges, s.inductive_delay, s.optical_position, s.optical_hysteresis, s.optical_delay,
         ]
     )  # fmt: skip
 
@@ -77,48 +81,55 @@ def _bridge_voltage(duty: float, disabled: bool, i: float, emf: float, p: NDArra
 
 
 @njit(cache=True)
-def _acceleration(x: float, v: float, i: float, p: NDArray[np.float64]) -> float:
-    """Acceleration of the carriage [m/s²]; zero where dry friction holds it."""
-    outer = 0.0
+def _turning(sign: float, v: float, i: float, belt: float, p: NDArray[np.float64]) -> float:
+    """Acceleration of the pulley [m/s²] that turns, or is about to turn, towards `sign`."""
+    motor = p[P_C] * i - p[P_MOTOR_COULOMB] * sign - p[P_MOTOR_VISCOUS] * v
+    eta = p[P_ETA]
+    a = (eta * motor - belt) / (p[P_PULLEY_MASS] + eta * p[P_MOTOR_MASS])
+    if (motor - p[P_MOTOR_MASS] * a) * sign < 0.0:  # the load drives the motor: the loss changes sides
+        a = (motor / eta - belt) / (p[P_PULLEY_MASS] + p[P_MOTOR_MASS] / eta)
+    return a
+
+
+@njit(cache=True)
+def _pulley_acceleration(v: float, i: float, belt: float, p: NDArray[np.float64]) -> float:
+    """Acceleration of the pulley [m/s²]; zero where the rotor's dry friction and the gear's loss hold it."""
+    if v != 0.0:
+        return _turning(math.copysign(1.0, v), v, i, belt, p)
+    return max(_turning(1.0, 0.0, i, belt, p), 0.0) + min(_turning(-1.0, 0.0, i, belt, p), 0.0)
+
+
+@njit(cache=True)
+def _buffer_force(x: float, v: float, p: NDArray[np.float64]) -> float:
     start = p[P_STOP] - p[P_BUFFER]
     if x > start:
-        outer = min(0.0, -p[P_STIFFNESS] * (x - start) - p[P_DAMPING] * v)
-    elif x < -start:
-        outer = max(0.0, -p[P_STIFFNESS] * (x + start) - p[P_DAMPING] * v)
-    if v != 0.0:
-        sign = math.copysign(1.0, v)
-        breakaway = (p[P_STATIC] - p[P_COULOMB]) * math.exp(-((v / p[P_STRIBECK]) ** 2))
-        load = (p[P_COULOMB] + breakaway) * sign + p[P_VISCOUS] * v - outer
-        motor = p[P_C] * i - p[P_MOTOR_COULOMB] * sign - p[P_MOTOR_VISCOUS] * v
-    else:
-        drive = p[P_C] * i
-        push = drive + outer
-        holding = p[P_STATIC] + p[P_MOTOR_COULOMB]
-        if abs(push) <= holding:
-            return 0.0
-        sign = math.copysign(1.0, push)
-        load = p[P_STATIC] * sign - outer
-        motor = drive - p[P_MOTOR_COULOMB] * sign
-    eta = p[P_ETA]
-    a = (eta * motor - load) / (p[P_LOAD_MASS] + eta * p[P_MOTOR_MASS])
-    if (motor - p[P_MOTOR_MASS] * a) * sign < 0.0:  # the load drives the motor: the loss changes sides
-        a = (motor / eta - load) / (p[P_LOAD_MASS] + p[P_MOTOR_MASS] / eta)
-    if v == 0.0 and a * sign < 0.0:
-        return 0.0
-    return a
+        return min(0.0, -p[P_STIFFNESS] * (x - start) - p[P_DAMPING] * v)
+    if x < -start:
+        return max(0.0, -p[P_STIFFNESS] * (x + start) - p[P_DAMPING] * v)
+    return 0.0
+
+
+@njit(cache=True)
+def _carriage_acceleration(x: float, v: float, belt: float, p: NDArray[np.float64]) -> float:
+    """Acceleration of the carriage [m/s²]; zero where dry friction holds it."""
+    push = belt + _buffer_force(x, v, p)
+    if v == 0.0:
+        held = abs(push) <= p[P_STATIC]
+        return 0.0 if held else (push - math.copysign(p[P_STATIC], push)) / p[P_MASS]
+    breakaway = (p[P_STATIC] - p[P_COULOMB]) * math.exp(-((v / p[P_STRIBECK]) ** 2))
+    return (push - math.copysign(p[P_COULOMB] + breakaway, v) - p[P_VISCOUS] * v) / p[P_MASS]
 
 
 @njit(cache=True)
 def _raw_switch(index: int, was: bool, x: float, p: NDArray[np.float64]) -> bool:
     """Level of a switch ahead of its delay, with hysteresis."""
-    margin = (p[P_OPTICAL_HYSTERESIS] if index == 3 else p[P_HYSTERESIS]) if was else 0.0
     if index == 0:
-        return x <= -p[P_LIMIT] + margin
+        return x <= -(p[P_LIMIT_OFF] if was else p[P_LIMIT_ON])
     if index == 1:
-        return abs(x) <= p[P_CENTRE] + margin
+        return abs(x) <= (p[P_CENTRE_OFF] if was else p[P_CENTRE_ON])
     if index == 2:
-        return x >= p[P_LIMIT] - margin
-    return x >= p[P_OPTICAL] - margin
+        return x >= (p[P_LIMIT_OFF] if was else p[P_LIMIT_ON])
+    return x >= p[P_OPTICAL] - (p[P_OPTICAL_HYSTERESIS] if was else 0.0)
 
 
 @njit(cache=True)
@@ -137,18 +148,17 @@ def _update_switches(state: NDArray[np.float64], p: NDArray[np.float64]) -> None
 def _step(state: NDArray[np.float64], p: NDArray[np.float64], duty: float, disabled: bool, h: float) -> None:
     """One semi-implicit step of h seconds."""
     x, v, i = state[POSITION], state[SPEED], state[CURRENT]
-    emf = p[P_C] * v
+    pulley, pulley_v = state[PULLEY], state[PULLEY_SPEED]
+    emf = p[P_C] * pulley_v
     u, conducts = _bridge_voltage(duty, disabled, i, emf, p)
+    i_new = 0.0
     if conducts:
         i_new = (i + h / p[P_L] * (u - emf)) / (1.0 + h * p[P_R] / p[P_L])
         if disabled and i_new * i < 0.0:
             i_new = 0.0  # the diodes block
-    else:
-        i_new = 0.0
-    a = _acceleration(x, v, i_new, p)
-    v_new = v + h * a
-    if v * v_new < 0.0:
-        v_new = 0.0  # dry friction acts anew from rest
+    belt = p[P_BELT] * (pulley - x) + p[P_BELT_DAMPING] * (pulley_v - v)
+    pulley_new = _braked(pulley_v, pulley_v + h * _pulley_acceleration(pulley_v, i_new, belt, p))
+    v_new = _braked(v, v + h * _carriage_acceleration(x, v, belt, p))
     x_new = x + h * v_new
     if abs(x_new) > p[P_STOP]:
         x_new = math.copysign(p[P_STOP], x_new)
@@ -156,6 +166,13 @@ def _step(state: NDArray[np.float64], p: NDArray[np.float64], duty: float, disab
     state[TIME] += h
     state[POSITION], state[SPEED], state[CURRENT] = x_new, v_new, i_new
     state[ACCELERATION] = (v_new - v) / h
+    state[PULLEY], state[PULLEY_SPEED] = pulley + h * pulley_new, pulley_new
+
+
+@njit(cache=True)
+def _braked(v: float, v_new: float) -> float:
+    """The new velocity; zero where it changed its sign, so that dry friction acts anew from rest."""
+    return 0.0 if v * v_new < 0.0 else v_new
 
 
 @njit(cache=True)
@@ -176,14 +193,14 @@ def advance(
 
     Args:
         state: array with shape (STATE_SIZE,), changed in place.
-        p: array with shape (27,), see `parameter_vector`.
+        p: array with shape (31,), see `parameter_vector`.
         duty: signed duty, -1 to 1 (sign: DIR, size: PWM).
         disabled: level of DIS.
         until: time to reach [s], same zero as the state's time.
 
     Returns:
-        Array with shape (n, 5), one row per whole millisecond passed: time [s], position [m], velocity [m/s],
-        acceleration [m/s²], motor current [A].
+        Array with shape (n, 5), one row per whole millisecond passed: time [s], the carriage's position [m], velocity
+        [m/s] and acceleration [m/s²], motor current [A].
     """
     first = math.floor(state[TIME] * 1000.0 + 1e-6) + 1
     last = math.floor(until * 1000.0 + 1e-6)

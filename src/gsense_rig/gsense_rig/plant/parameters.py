@@ -6,6 +6,7 @@ marked as chosen. The same drive numbers serve the plant (as truth) and the cont
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 
@@ -25,6 +26,8 @@ class DriveParameters:
     gear_inertia: float = 0.5e-6  # kg·m² at the motor
     pulley_radius: float = 20 * 5e-3 / (2 * 3.141592653589793)  # m: 20 teeth of 5 mm
     pulley_inertia: float = 1.0e-5  # kg·m²
+    belt_stiffness: float = 150_000.0  # N/m, chosen: pulley and carriage ring against each other at 90 Hz
+    belt_damping: float = 30.0  # N·s/m, chosen: 5 % of critical
     carriage_mass: float = 1.5  # kg with board; 1 to 2
     coulomb_friction: float = 3.0  # N at the belt, chosen
     static_friction: float = 3.5  # N at the belt, chosen (Stribeck's breakaway force)
@@ -50,9 +53,14 @@ class DriveParameters:
         return (self.rotor_inertia + self.gear_inertia) * self.transmission**2
 
     @property
+    def pulley_mass(self) -> float:
+        """The pulley's inertia as a mass at the belt [kg], behind the gear's loss."""
+        return self.pulley_inertia / self.pulley_radius**2
+
+    @property
     def load_mass(self) -> float:
-        """Carriage and pulley as a mass at the belt [kg], behind the gear's loss."""
-        return self.carriage_mass + self.pulley_inertia / self.pulley_radius**2
+        """Carriage and pulley as a mass at the belt [kg], behind the gear's loss: what a stiff belt makes of them."""
+        return self.carriage_mass + self.pulley_mass
 
     @property
     def motor_coulomb(self) -> float:
@@ -67,15 +75,43 @@ class DriveParameters:
 
 @dataclass(frozen=True)
 class SwitchParameters:
-    """Three inductive switches (Omron TL-W5MC1) and the optical one; positions along the rail, 0 midway."""
+    """Three inductive switches (Omron TL-W5MC1) and the optical one; positions along the rail, 0 midway.
 
-    limit_position: float = 0.24  # m: left at minus, right at plus; on beyond it
-    centre_half_width: float = 9.0e-3  # m: half of the 18 mm steel flag
-    inductive_hysteresis: float = 0.5e-3  # m: on at 5 mm, off at 5.5 mm on steel
+    A steel flag on the carriage passes the switches' faces at `gap`; a switch answers as soon as the flag's edge is
+    within its sensing distance. The flag is so long that an end switch stays on up to the end stop.
+    """
+
+    limit_position: float = 0.24  # m: where the end switches answer at the nominal sensing distance
+    sensing_distance: float = 5.0e-3  # m on steel; the sheet has 5 mm +-10 %, the thesis 4 to 6 mm
+    sensing_spread: float = 0.5e-3  # m: SimRail draws its switches within this of the sensing distance
+    hysteresis: float = 0.1  # of the sensing distance, the sheet's largest
+    gap: float = 2.0e-3  # m between flag and face (thesis, section 6.2.1)
+    centre_half_width: float = 9.0e-3  # m: half of the 18 mm flag of the centre switch
     inductive_delay: float = 1.5e-3  # s, 1 to 2 ms
     optical_position: float = 0.178  # m: sees the carriage within 0.122 m of the right end stop
     optical_hysteresis: float = 5.0e-3  # m
     optical_delay: float = 2.0e-3  # s
+
+    def reach(self, distance: float) -> float:
+        """How far ahead of a switch [m] the flag's edge is seen at a sensing distance [m]."""
+        return math.sqrt(max(distance**2 - self.gap**2, 0.0))
+
+    @property
+    def _reaches(self) -> tuple[float, float]:
+        return self.reach(self.sensing_distance), self.reach(self.sensing_distance * (1.0 + self.hysteresis))
+
+    @property
+    def limit_edges(self) -> tuple[float, float]:
+        """Distances from the middle [m] beyond which an end switch goes on, within which it goes off."""
+        face = self.limit_position + self.reach(SwitchParameters.sensing_distance)
+        on, off = self._reaches
+        return face - on, face - off
+
+    @property
+    def centre_edges(self) -> tuple[float, float]:
+        """Distances from the middle [m] within which the centre switch goes on, beyond which it goes off."""
+        on, off = self._reaches
+        return self.centre_half_width + on, self.centre_half_width + off
 
 
 @dataclass(frozen=True)

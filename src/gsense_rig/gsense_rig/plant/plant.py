@@ -20,7 +20,7 @@ class Plant:
         self.parameters = parameters or PlantParameters()
         self._p = dynamics.parameter_vector(self.parameters)
         self._state = np.zeros(dynamics.STATE_SIZE)
-        self._state[dynamics.POSITION] = position
+        self._state[[dynamics.POSITION, dynamics.PULLEY]] = position
         self._state[dynamics.TIME] = time
         dynamics.settle_switches(self._state, self._p)
 
@@ -38,6 +38,11 @@ class Plant:
     def velocity(self) -> float:
         """True velocity [m/s]."""
         return float(self._state[dynamics.SPEED])
+
+    @property
+    def encoder_position(self) -> float:
+        """True position of the belt on the pulley, where the encoder is [m]; the belt's stretch away from position."""
+        return float(self._state[dynamics.PULLEY])
 
     @property
     def current(self) -> float:
@@ -58,8 +63,8 @@ class Plant:
 
     def set_motion(self, position: float, velocity: float) -> None:
         """Put the carriage somewhere, moving (tests of stopping distances)."""
-        self._state[dynamics.POSITION] = position
-        self._state[dynamics.SPEED] = velocity
+        self._state[[dynamics.POSITION, dynamics.PULLEY]] = position
+        self._state[[dynamics.SPEED, dynamics.PULLEY_SPEED]] = velocity
         dynamics.settle_switches(self._state, self._p)
 
     def advance(self, until: float, duty: float, disabled: bool) -> NDArray[np.float64]:
