@@ -53,14 +53,29 @@ def test_messages_equal_those_of_the_library(parts: tuple[str, ...]) -> None:
     assert sum(map(len, ours.values())) > 1000
 
 
-def test_lossy_recording_shows_its_gap() -> None:
+def test_lossy_recording_tells_its_loss() -> None:
     run = load_run(recordings("rosbag2_jazzy", "lossy_mcap"), "mpu6050")
     assert np.max(np.diff(run.imu.stamp_ns)) > 100e6
+    assert [note[: note.index(" are missing")] for note in run.notes] == [
+        "/mpu6050/imu/data_raw: 53 samples",
+        "/rig/pose: 54 samples",
+    ]
+    assert round((run.imu.stamp_ns[-1] - run.imu.stamp_ns[0]) / 5e6) + 1 - len(run.imu) == 53
 
 
-def test_killed_recorder_is_named_with_the_remedy() -> None:
-    with pytest.raises(BagError, match="ros2 bag reindex"):
-        load_run(recordings("rosbag2_jazzy", "killed_mcap"), "mpu6050")
+@pytest.mark.parametrize("name", ["mcap", "sqlite3", "reindexed_mcap", "reindexed_sqlite3"])
+def test_whole_recordings_have_nothing_to_tell(name: str) -> None:
+    assert load_run(recordings("rosbag2_jazzy", name), "mpu6050").notes == ()
+
+
+def test_killed_recorder_is_read_as_far_as_it_got() -> None:
+    run = load_run(recordings("rosbag2_jazzy", "killed_mcap"), "mpu6050")
+    assert run.pose is not None
+    assert (len(run.imu), len(run.pose.stamp_ns)) == (3282, 3282)
+    assert "its recorder was killed; read are 6892 messages of 16.4 s" in run.notes[0]
+
+
+def test_killed_recorder_that_wrote_nothing_is_named() -> None:
     with pytest.raises(BagError, match="empty file"):
         load_run(recordings("rosbag2_jazzy", "killed_early_mcap"), "mpu6050")
 

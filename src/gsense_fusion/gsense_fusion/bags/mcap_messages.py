@@ -51,7 +51,7 @@ def read_messages(path: Path, sinks: Mapping[int, Sink]) -> None:
             if start + length > len(data):
                 raise ValueError(f"record at byte {at} runs over the end of the file")
             if opcode == 0x06:
-                _walk(_chunk(data, start, length), sinks)
+                _walk(read_chunk(data, start, length), sinks)
             elif opcode == 0x05:
                 _walk(data[at : start + length], sinks)
             elif opcode in (0x0F, 0x02):  # end of the data section, footer
@@ -59,8 +59,17 @@ def read_messages(path: Path, sinks: Mapping[int, Sink]) -> None:
             at = start + length
 
 
-def _chunk(data: mmap.mmap, start: int, length: int) -> bytes:
-    """Records of a chunk, decompressed and checked."""
+def read_chunk(data: mmap.mmap, start: int, length: int) -> bytes:
+    """Records of a chunk, decompressed and checked.
+
+    Args:
+        data: the whole file.
+        start: offset of the chunk's content.
+        length: bytes of the content.
+
+    Raises:
+        ValueError: the chunk is damaged, or its compression is not known.
+    """
     _, _, size, checksum, name_length = _CHUNK.unpack_from(data, start)
     at = start + _CHUNK.size
     name = data[at : at + name_length].decode()

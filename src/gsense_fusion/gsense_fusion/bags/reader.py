@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import cdr
+from .gaps import find_gaps
 from .run import (
     ImuSeries,
     JointSeries,
@@ -25,6 +26,8 @@ from .storage import BagError, RawTopic, open_storage
 from .topics import find_names
 
 _NO_AXIS_VARIANCE = 1e6
+_STEADY = ("imu/data_raw", "rig/pose", "rig/joint_states")
+"""Topics of a steady rate, whose gaps are losses."""
 
 
 def load_run(path: Path | str, sensor: str) -> Run:
@@ -45,7 +48,7 @@ def load_run(path: Path | str, sensor: str) -> Run:
     with open_storage(path) as storage:
         names = find_names(path, {topic.name: topic.msgtype for topic in storage.topics.values()}, sensor)
         raw = storage.read(names.all())
-    loader = _Loader(path, raw, list(names.notes))
+    loader = _Loader(path, raw, [*storage.notes, *names.notes])
     imu = loader.imu(names.imu)
     link, unit_id = loader.link(names.link)
     return Run(
@@ -171,12 +174,22 @@ class _Loader:
         index = np.flatnonzero(keep)
         index = index[np.argsort(stamp[index], kind="stable")]
         first = np.concatenate(([True], np.diff(stamp[index]) > 0))
+        repeated = int(np.sum(~first))
         if not first.all():
-            self.notes.append(f"{name}: {int(np.sum(~first))} repeated stamps; the first message of each is used")
+            self.notes.append(f"{name}: {repeated} repeated stamps; the first message of each is used")
             index = index[first]
+        if name.endswith(_STEADY):
+            self._note_gaps(name, stamp[index], repeated)
         if len(index) == len(stamp) and not backwards:
             return _Table(stamp, table.received_ns, table.columns)
         return replace(table, stamp_ns=stamp).take(index)
+
+    def _note_gaps(self, name: str, stamp: NDArray[np.int64], repeated: int) -> None:
+        gaps = find_gaps(stamp, repeated)
+        if gaps.missing:
+            self.notes.append(
+                f"{name}: {gaps.missing} samples are missing in {gaps.count} gaps, the longest of {gaps.longest:.3f} s"
+            )
 
     def _finite(self, name: str, table: _Table) -> _Table:
         """Without the samples that are not numbers in a field that they report."""

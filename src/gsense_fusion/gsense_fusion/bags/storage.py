@@ -20,6 +20,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
 from .mcap_messages import read_messages
+from .mcap_salvage import is_closed, salvage
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -49,8 +50,12 @@ class RawTopic:
 class Storage:
     """An open bag: its topics, and the raw messages of those asked for."""
 
-    def __init__(self, path: Path, readers: list[Reader], unpack: Callable[[bytes], bytes] | None) -> None:
+    def __init__(
+        self, path: Path, readers: list[Reader], unpack: Callable[[bytes], bytes] | None, notes: list[str]
+    ) -> None:
         self.path = path
+        self.notes = notes
+        """What was odd about the files, a line each."""
         self._readers = readers
         self._unpack = unpack
         self.topics: dict[str, RawTopic] = {}
@@ -114,13 +119,31 @@ def open_storage(path: Path) -> Iterator[Storage]:
     Raises:
         BagError: not a bag, empty, not closed by its recorder, damaged.
     """
+    notes: list[str] = []
     with ExitStack() as stack:
         files, mode = _files(path)
+        folder = Path(stack.enter_context(TemporaryDirectory()))
         if mode == "file":
-            folder = Path(stack.enter_context(TemporaryDirectory()))
             files = [_decompressed(file, folder) for file in files]
-        readers = [stack.enter_context(_open_file(file)) for file in files]
-        yield Storage(path, readers, zstd.decompress if mode == "message" else None)
+        elif path.is_dir() and not (files[0].parent / "metadata.yaml").exists():
+            notes.append("no metadata.yaml, as a killed recorder leaves it; the storage files are read as they are")
+        readers = [stack.enter_context(_open_file(file, folder, notes)) for file in _unless_empty(files, notes)]
+        yield Storage(path, readers, zstd.decompress if mode == "message" else None, notes)
+
+
+def _unless_empty(files: list[Path], notes: list[str]) -> list[Path]:
+    """Without the last file where it was only begun.
+
+    Raises:
+        BagError: another file is empty, or there is no other.
+    """
+    for file in files[:-1] if len(files) > 1 else files:
+        if file.stat().st_size == 0:
+            raise BagError(f"{file}: empty file, its recorder was killed before it wrote anything; record again")
+    if files[-1].stat().st_size == 0:
+        notes.append(f"{files[-1].name}: empty, its recorder was killed before it wrote to it")
+        return files[:-1]
+    return files
 
 
 def _files(path: Path) -> tuple[list[Path], str]:
@@ -135,13 +158,19 @@ def _files(path: Path) -> tuple[list[Path], str]:
     names, mode = _metadata(path)
     files = [path / name for name in names]
     if not files:
-        files = sorted(file for file in path.iterdir() if file.suffix in _SUFFIXES)
+        files = sorted((file for file in path.iterdir() if file.suffix in _SUFFIXES), key=_number)
     if not files:
         raise BagError(f"{path}: metadata.yaml names no file and there is no .mcap or .db3 file; record again")
     missing = [file.name for file in files if not file.exists()]
     if missing:
         raise BagError(f"{path}: {missing[0]}, named in metadata.yaml, is missing; copy the whole folder")
     return files, mode
+
+
+def _number(file: Path) -> tuple[int, str]:
+    """Sort key of `<bag>_<n>.<ext>`: by number, so that 10 comes after 9."""
+    tail = file.stem.rpartition("_")[2]
+    return (int(tail) if tail.isdecimal() else -1, file.name)
 
 
 def _bag_folder(path: Path) -> Path:
@@ -199,19 +228,34 @@ def _decompressed(file: Path, folder: Path) -> Path:
 
 
 @contextmanager
-def _open_file(file: Path) -> Iterator[Reader]:
-    if file.stat().st_size == 0:
-        raise BagError(f"{file}: empty file, its recorder was killed before it wrote anything; record again")
+def _open_file(file: Path, folder: Path, notes: list[str]) -> Iterator[Reader]:
+    """Opens a storage file; of one that was never closed, what is whole of it, with a note of what is missing."""
+    left_out: int | None = None
+    original = file
+    if file.suffix == ".mcap" and not is_closed(file):
+        try:
+            file, left_out = salvage(file, folder)
+        except (OSError, ValueError) as error:
+            raise BagError(
+                f"{file}: not closed by its recorder, and nothing can be read ({_one_line(error)})"
+            ) from error
     reader = Reader(file)
     try:
         reader.open()
     except Exception as error:  # storage libraries raise their own classes (apsw, struct, KeyError ...)
-        reason = _one_line(error)
-        if "end magic" in reason or "footer" in reason:
-            fix = f"the recorder was killed; recover it with `ros2 bag reindex -s mcap {file.parent}`"
-            raise BagError(f"{file}: not closed ({reason}): {fix}") from error
-        raise BagError(f"{file}: cannot be opened as a bag ({reason})") from error
+        raise BagError(f"{original}: cannot be opened as a bag ({_one_line(error)})") from error
     try:
+        if left_out is not None:
+            notes.append(_salvage_note(original, reader, left_out))
         yield reader
     finally:
         reader.close()
+
+
+def _salvage_note(file: Path, reader: Reader, left_out: int) -> str:
+    percent = 100.0 * left_out / file.stat().st_size
+    span = reader.duration * 1e-9
+    return (
+        f"{file.name}: its recorder was killed; read are {reader.message_count} messages of {span:.1f} s,"
+        f" the last {left_out} bytes ({percent:.2g} %) and what had not been written are lost"
+    )
