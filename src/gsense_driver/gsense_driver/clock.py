@@ -2,13 +2,13 @@
 
 The idea: a frame can arrive late (USB bursts, a busy host), never early, so the lower envelope of `arrival - board
 time` is the clock's offset plus the constant transport delay, and its slope is the difference of the two crystals.
-The smallest value in each half second of board time goes into a decayed linear regression; values that stand too far
-above the envelope are left out (the outlier gate), and the slope is held by a prior as wide as a crystal's tolerance
-while the record is short. The slope found before a restart of the board serves as a much tighter prior after it: it
-is the same crystal.
+The smallest value in each half second of board time goes into a decayed fit of a line under these points. They stand
+above it by exponentially distributed times, so the early ones decide and late outliers hardly count. The slope is held
+by a prior as wide as a crystal's tolerance while the record is short; the slope found before a restart of the board
+serves as a much tighter prior after it: it is the same crystal.
 
-(The scheme of Klipper's clocksync, an explicit gate and a decayed regression, on one-way data; the envelope as in
-Moon, Skelly, Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999.)
+(The scheme of Klipper's clocksync, a decayed fit that outliers do not bend, on one-way data; the line under the points
+as in Moon, Skelly, Towsley, "Estimation and removal of clock skew from network delay measurements", INFOCOM 1999.)
 """
 
 from __future__ import annotations
@@ -18,6 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 _TIME_RANGE_US = 1 << 32
+_GRID = np.linspace(-1.0, 1.0, 41)
+_PASSES = (40.0, 10.0)
+_SURE = 10  # bins after which the trend is known well enough to overrule the prior
 
 
 @dataclass(frozen=True)
@@ -25,14 +28,13 @@ class ClockSettings:
     """Constants of the clock model."""
 
     bin_s: float = 0.5  # one minimum each; small: quick to react, large: less of the latency's noise
-    memory_s: float = 30.0  # decay of the regression; small follows a warming crystal, large averages more
+    memory_s: float = 30.0  # decay of the fit; small follows a warming crystal, large averages more
     fix_after_s: float = 0.3  # board time from the first frame to the first usable fix
     fix_frames: int = 6  # and the frames that it needs at least
     skew_sigma: float = 1e-4  # prior of the skew (crystals and the PIC's oscillator against the host), 1
     known_skew_sigma: float = 5e-6  # the same after a restart
-    noise_s: float = 1e-4  # scatter of a bin's minimum
-    gate_shares: tuple[float, float] = (0.1, 0.5)  # how many bins pass the outlier gate: few trust the earliest frames
-    # alone, many learn a slope that is far off
+    noise_s: float = 1e-4  # a bin's minimum stands at least this far above the envelope on average
+    near_share: float = 0.5  # of the bins, the earliest: they tell how far on average; the others may be outliers
     late_step_s: float = 0.1  # bins that all stay this late ...
     late_step_after_s: float = 2.0  # ... for this long mean that the board's time jumped
     early_step_s: float = 0.25  # a frame this early cannot be: the board's time jumped
@@ -163,45 +165,43 @@ class BoardClock:
         while len(self._points) > 2 and self._points[0][0] < keep_after:
             del self._points[0]
         points = np.array(self._points)
-        x, y = points[:, 0], points[:, 1]
-        weight = np.exp((x - now) / settings.memory_s)
-        narrow, wide = (self._line(x, y, weight, share) for share in settings.gate_shares)
-        _, self._slope, self._intercept = wide if wide[0] < 0.5 * narrow[0] else narrow
+        x, y = points[:, 0] - now, points[:, 1]
+        weight = np.exp(x / settings.memory_s)
+        trend = _trend(x, y)
+        if x.size >= _SURE and self._height(y - trend * x) < 0.25 * self._height(y - self._slope * x):
+            self._slope = self._slope_prior = trend  # no crystal: the prior is wrong
+        for reach in _PASSES:
+            self._slope, edge = self._posterior(x, y, weight, reach)
+        self._intercept = edge - self._slope * now
 
-    def _line(self, x: np.ndarray, y: np.ndarray, weight: np.ndarray, share: float) -> tuple[float, float, float]:
-        """Line through the bins near the envelope: how far all bins stand above it on average, slope, intercept."""
-        slope = self._slope
-        for _ in range(3):
-            residual = y - slope * x
-            gate, spread = self._gate(residual, share)
-            prior = (min(self._scatter(residual), spread) / self._slope_sigma) ** 2
-            used = weight * gate
-            total = used.sum()
-            x_mean, y_mean = (used @ x) / total, (used @ y) / total
-            dx = x - x_mean
-            slope = float((used @ (dx * (y - y_mean)) + prior * self._slope_prior) / (used @ (dx * dx) + prior))
-        above = y - slope * x
-        return float(above.mean() - above.min()), slope, float(y_mean - slope * x_mean)
+    def _posterior(self, x: np.ndarray, y: np.ndarray, weight: np.ndarray, reach: float) -> tuple[float, float]:
+        """Mean of slope and envelope at x = 0, for bins that stand above it by exponentially distributed times.
 
-    def _gate(self, residual: np.ndarray, share: float) -> tuple[np.ndarray, float]:
-        """1 for bins near the lower envelope, 0 for those that only held late frames; and the envelope's spread, s."""
+        Given the slope, the envelope touches the lowest bin; an exponential's likelihood of the others depends on
+        their sum alone. `reach`: half width of the slopes' grid, in the accuracy that so many bins can give.
+        """
+        total = float(weight.sum())
+        height = self._height(y - self._slope * x)
+        width = min(4.0 * self._slope_sigma, reach * height / (total * max(-float(x[0]), 1e-3)))
+        slopes = self._slope + width * _GRID
+        lowest = (y[:, None] - x[:, None] * slopes).min(axis=0)
+        above = weight @ y - slopes * (weight @ x) - total * lowest
+        fit = above / height + 0.5 * ((slopes - self._slope_prior) / self._slope_sigma) ** 2
+        chance = np.exp(fit.min() - fit)
+        chance /= chance.sum()
+        return float(chance @ slopes), float(chance @ lowest) - height / total
+
+    def _height(self, residual: np.ndarray) -> float:
+        """Mean height of the bins over their envelope, s, from the earliest ones (an exponential's censored mean)."""
         ordered = np.sort(residual)
-        floor = float(ordered[0])
-        spread = max(self.settings.noise_s, _quantile(ordered, share) - floor)
-        return (residual <= floor + spread).astype(float), spread
-
-    def _scatter(self, residual: np.ndarray) -> float:
-        """Scatter of the bins' minima, s: from their steps, so that an unknown slope does not count."""
-        if residual.size < 4:
+        near = max(2, int(ordered.size * self.settings.near_share))
+        if ordered.size < near:
             return self.settings.noise_s
-        steps = residual[1:] - residual[:-1]
-        middle = _quantile(np.sort(steps), 0.5)
-        return max(self.settings.noise_s, 1.05 * _quantile(np.sort(np.abs(steps - middle)), 0.5))
+        seen = ordered[:near].sum() + (ordered.size - near) * ordered[near - 1] - ordered.size * ordered[0]
+        return max(self.settings.noise_s, float(seen) / near)
 
 
-def _quantile(ordered: np.ndarray, share: float) -> float:
-    """Quantile of ascending values, between two of them linear: numpy's own takes ten times as long on so few."""
-    place = share * (ordered.size - 1)
-    below = int(place)
-    above = min(below + 1, ordered.size - 1)
-    return float(ordered[below] + (place - below) * (ordered[above] - ordered[below]))
+def _trend(x: np.ndarray, y: np.ndarray) -> float:
+    """Slope of the plain regression: a crystal far from its prior must not pass for late frames."""
+    dx = x - x.mean()
+    return float(dx @ y / max(dx @ dx, 1e-12))
