@@ -1,37 +1,53 @@
 """Causal compensation of the angular rate: sample by sample for the live node, and the same for whole recordings.
 
-A sample at time t loses, in the order of the file, `G f(t - tau)` (tau: `gyro_delay_s`) and `c (T'(t) - T0)`, where T'
-is the newest temperature at t through a first-order lag that starts settled. What is unknown is not guessed: no
-temperature yet, or no specific force, and the term is left out. A negative tau (gyro earlier than the accelerometer)
-would need the future; the newest specific force is used then.
+A sample at time t loses, in the order of the file, what each term says; those of the specific force see f(t - tau)
+with tau = `gyro_delay_s`. What is unknown is not guessed: no temperature yet, no supply voltage, no carriage or no
+specific force, and the term is left out. A negative tau (gyro earlier than the accelerometer) would need the future;
+the newest specific force is used then.
 """
 
 from __future__ import annotations
 
-from collections import deque
+from copy import deepcopy
 from dataclasses import dataclass, field
-from math import expm1, isfinite
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .model import CompensationFile, GSensitivity, TemperatureBias
+from .kernel import CAPACITY, MEMORY, batch, step
+from .model import CompensationFile
+from .terms import (
+    KIND_FRICTION,
+    KIND_SPEED,
+    KIND_SUPPLY,
+    KIND_TEMPERATURE,
+    ROW,
+)
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+Series = tuple[IntArray, FloatArray]
+"""Stamps (ns, increasing) and values."""
 
 
 @dataclass
 class CompensatorState:
-    """What the past has left; read it and set it to go on elsewhere with the identical result."""
+    """What the past has left; a copy of it goes on elsewhere with the identical result."""
 
-    forces: deque[tuple[int, FloatArray]] = field(default_factory=deque)
-    """Stamps (ns) and specific forces (m/s^2) as far back as the delay reaches."""
-    stamp_ns: int | None = None
-    temperature: float | None = None
-    """Newest temperature, degrees Celsius."""
-    lagged: dict[int, float] = field(default_factory=dict)
-    """Number of the term -> its lagged temperature."""
+    memory: FloatArray
+    """Of the terms, shape (terms, MEMORY)."""
+    ring: IntArray = field(default_factory=lambda: np.array([-1, 0, 0, 0], dtype=np.int64))
+    """Place of the newest force, number of forces, newest stamp (ns), whether there is one."""
+    stamps: IntArray = field(default_factory=lambda: np.zeros(CAPACITY, dtype=np.int64))
+    forces: FloatArray = field(default_factory=lambda: np.zeros((CAPACITY, 3)))
+    """m/s^2, shape (CAPACITY, 3), as far back as delays and derivatives reach."""
+    inputs: FloatArray = field(default_factory=lambda: np.full(3, np.nan))
+    """New temperature reading (degrees Celsius), supply (V), velocity of the carriage (m/s); NaN where unknown."""
+
+    def copy(self) -> CompensatorState:
+        """An independent copy."""
+        return deepcopy(self)
 
 
 class Compensator:
@@ -39,21 +55,39 @@ class Compensator:
 
     def __init__(self, file: CompensationFile, state: CompensatorState | None = None) -> None:
         self.file = file
-        self.state = state or CompensatorState()
+        self._kinds = np.array([term.kind for term in file.terms], dtype=np.int64)
+        self._rows = np.array([term.row() for term in file.terms]).reshape(-1, ROW)
+        self.state = state or CompensatorState(np.zeros((len(file.terms), MEMORY)))
         self._delay_ns = round(max(file.gyro_delay_s, 0.0) * 1e9)
-        self._matrices = {
-            i: np.array(term.full_matrix) for i, term in enumerate(file.terms) if isinstance(term, GSensitivity)
-        }
 
     @property
     def needs_temperature(self) -> bool:
         """Whether a term uses the die temperature."""
-        return any(isinstance(term, TemperatureBias) for term in self.file.terms)
+        return bool((self._kinds == KIND_TEMPERATURE).any())
+
+    @property
+    def needs_supply(self) -> bool:
+        """Whether a term uses the supply voltage."""
+        return bool((self._kinds == KIND_SUPPLY).any())
+
+    @property
+    def needs_carriage(self) -> bool:
+        """Whether a term uses the carriage's velocity."""
+        return bool(np.isin(self._kinds, (KIND_FRICTION, KIND_SPEED)).any())
 
     def set_temperature(self, celsius: float) -> None:
-        """The newest die temperature; what is not a number is ignored."""
+        """A reading of the die temperature, used with the next sample; what is not a number is ignored."""
         if isfinite(celsius):
-            self.state.temperature = celsius
+            self.state.inputs[0] = celsius
+
+    def set_supply(self, volts: float) -> None:
+        """The newest supply voltage; what is not a number is ignored."""
+        if isfinite(volts):
+            self.state.inputs[1] = volts
+
+    def set_carriage_velocity(self, velocity: float) -> None:
+        """The carriage's newest velocity, m/s; NaN where it is not known any more."""
+        self.state.inputs[2] = velocity
 
     def update(self, stamp_ns: int, angular_rate: FloatArray, specific_force: FloatArray) -> FloatArray:
         """Compensated rate of one sample; stamps increase.
@@ -61,48 +95,91 @@ class Compensator:
         Args:
             stamp_ns: header stamp.
             angular_rate: rad/s, shape (3,).
-            specific_force: m/s^2, shape (3,), NaN where not reported.
+            specific_force: m/s^2, as measured (not corrected), shape (3,), NaN where not reported.
 
         Returns:
             rad/s, shape (3,).
         """
-        state = self.state
-        dt = 0.0 if state.stamp_ns is None else (stamp_ns - state.stamp_ns) * 1e-9
-        state.stamp_ns = stamp_ns
-        force = self._delayed(stamp_ns, specific_force)
         rate = np.array(angular_rate, dtype=np.float64)
-        for i, term in enumerate(self.file.terms):
-            if isinstance(term, TemperatureBias):
-                temperature = self._lagged(i, term.lag_s, dt)
-                if temperature is not None:
-                    rate -= np.array(term.c) * (temperature - term.reference)
-            elif np.isfinite(force).all():
-                rate -= self._matrices[i] @ force  # with k: equation 7.4
+        s = self.state
+        force = np.ascontiguousarray(specific_force, dtype=np.float64)
+        step(
+            self._kinds,
+            self._rows,
+            self._delay_ns,
+            s.ring,
+            s.stamps,
+            s.forces,
+            s.memory,
+            s.inputs,
+            stamp_ns,
+            force,
+            rate,
+        )
         return rate
 
-    def _delayed(self, stamp_ns: int, force: FloatArray) -> FloatArray:
-        """Specific force at `stamp_ns` minus the delay, linear between samples; the oldest where none is so old."""
-        if self._delay_ns == 0:
-            return force
-        forces = self.state.forces
-        forces.append((stamp_ns, np.array(force, dtype=np.float64)))
-        wanted = stamp_ns - self._delay_ns
-        while len(forces) > 2 and forces[1][0] <= wanted:
-            forces.popleft()
-        (t0, f0) = forces[0]
-        if len(forces) == 1 or wanted <= t0:
-            return f0
-        (t1, f1) = forces[1]
-        return f0 + (f1 - f0) * (min(wanted - t0, t1 - t0) / (t1 - t0))
+    def batch(
+        self, stamp_ns: IntArray, angular_rate: FloatArray, specific_force: FloatArray, inputs: FloatArray
+    ) -> FloatArray:
+        """`update` over a recording, the identical numbers.
 
-    def _lagged(self, number: int, lag_s: float, dt: float) -> float | None:
-        newest = self.state.temperature
-        if newest is None:
-            return None
-        before = self.state.lagged.get(number, newest)
-        value = newest if lag_s == 0.0 else before - expm1(-dt / lag_s) * (newest - before)
-        self.state.lagged[number] = value
-        return value
+        Args:
+            stamp_ns: increasing header stamps, shape (n,).
+            angular_rate: rad/s, shape (n, 3).
+            specific_force: m/s^2, shape (n, 3); rows of NaN where not reported.
+            inputs: what `set_...` would have said before each sample (`gather_inputs`), shape (n, 3).
+
+        Returns:
+            rad/s, shape (n, 3).
+        """
+        rate = np.array(angular_rate, dtype=np.float64, order="C")
+        force = np.ascontiguousarray(specific_force, dtype=np.float64)
+        stamp = np.ascontiguousarray(stamp_ns, dtype=np.int64)
+        values = np.array(inputs, dtype=np.float64, order="C")
+        if not rate.shape == force.shape == values.shape == (len(stamp), 3):
+            raise ValueError(f"compensation: stamps {stamp.shape}, rate {rate.shape}, force {force.shape}")
+        s = self.state
+        if len(stamp):
+            batch(
+                self._kinds,
+                self._rows,
+                self._delay_ns,
+                s.ring,
+                s.stamps,
+                s.forces,
+                s.memory,
+                values,
+                stamp,
+                force,
+                rate,
+            )
+            s.inputs[1:] = values[-1, 1:]
+        return rate
+
+
+def gather_inputs(
+    stamp_ns: IntArray,
+    temperature: Series | None = None,
+    supply: Series | None = None,
+    carriage: Series | None = None,
+) -> FloatArray:
+    """What the live node would know at each sample: the newest values that are not younger; shape (n, 3).
+
+    A temperature appears once, at the first sample after its stamp (a reading is evidence, used once); supply and
+    velocity stay until the next.
+    """
+    out = np.full((len(stamp_ns), 3), np.nan)
+    for column, series in enumerate((temperature, supply, carriage)):
+        if series is None:
+            continue
+        good = np.isfinite(series[1])
+        stamps, values = series[0][good], series[1][good]
+        index = np.searchsorted(stamps, stamp_ns, side="right") - 1
+        seen = index >= 0
+        if column == 0:
+            seen &= np.diff(index, prepend=-1) > 0
+        out[seen, column] = values[index[seen]]
+    return out
 
 
 def compensate(
@@ -110,7 +187,9 @@ def compensate(
     stamp_ns: IntArray,
     angular_rate: FloatArray,
     specific_force: FloatArray,
-    temperature: tuple[IntArray, FloatArray] | None = None,
+    temperature: Series | None = None,
+    supply: Series | None = None,
+    carriage: Series | None = None,
 ) -> FloatArray:
     """Compensated rate of a recording, equal to `Compensator` fed sample by sample.
 
@@ -119,45 +198,31 @@ def compensate(
         stamp_ns: increasing header stamps, shape (n,).
         angular_rate: rad/s, shape (n, 3).
         specific_force: m/s^2, shape (n, 3); rows of NaN where not reported.
-        temperature: stamps (ns) and degrees Celsius; a sample uses the newest one that is not younger than itself.
+        temperature: stamps (ns) and degrees Celsius of the die.
+        supply: stamps (ns) and volts.
+        carriage: stamps (ns) and velocities along the rail, m/s.
 
     Returns:
         rad/s, shape (n, 3).
     """
-    rate = np.array(angular_rate, dtype=np.float64)
-    force = _delayed_all(stamp_ns, specific_force, file.gyro_delay_s)
-    usable = np.isfinite(force).all(axis=1)
-    for term in file.terms:
-        if isinstance(term, TemperatureBias):
-            rise = _lagged_all(stamp_ns, temperature, term.lag_s) - term.reference
-            rate -= np.where(np.isfinite(rise)[:, None], rise[:, None] * np.array(term.c), 0.0)
-        else:
-            rate[usable] -= force[usable] @ np.array(term.full_matrix).T
-    return rate
+    inputs = gather_inputs(stamp_ns, temperature, supply, carriage)
+    return Compensator(file).batch(stamp_ns, angular_rate, specific_force, inputs)
 
 
-def _delayed_all(stamp_ns: IntArray, force: FloatArray, delay_s: float) -> FloatArray:
-    if delay_s <= 0.0 or len(stamp_ns) == 0:
-        return np.asarray(force, dtype=np.float64)
-    t = (stamp_ns - stamp_ns[0]).astype(np.float64)
-    return np.stack([np.interp(t - round(delay_s * 1e9), t, force[:, i]) for i in range(3)], axis=1)
+def corrected_force(file: CompensationFile, specific_force: FloatArray) -> FloatArray:
+    """Specific force with the accelerometer's scale, misalignment and bias taken out, m/s^2, shape (..., 3).
+
+    For attitude filters; the terms of the angular rate are of the uncorrected one.
+    """
+    c = file.accelerometer
+    if c is None:
+        return specific_force
+    return np.asarray((specific_force - np.array(c.bias)) @ np.array(c.matrix).T)
 
 
-def _lagged_all(stamp_ns: IntArray, temperature: tuple[IntArray, FloatArray] | None, lag_s: float) -> FloatArray:
-    """Lagged newest temperature at each sample, NaN before the first."""
-    out = np.full(len(stamp_ns), np.nan)
-    if temperature is None:
-        return out
-    stamps, values = (array[np.isfinite(temperature[1])] for array in temperature)
-    index = np.searchsorted(stamps, stamp_ns, side="right") - 1
-    known = index >= 0
-    out[known] = values[index[known]]
-    if lag_s == 0.0 or not known.any():
-        return out
-    start = int(np.argmax(known))
-    keep = -np.expm1(-np.diff(stamp_ns, prepend=stamp_ns[:1]) * 1e-9 / lag_s)
-    value = out[start]
-    for i in range(start + 1, len(out)):
-        value += keep[i] * (out[i] - value)
-        out[i] = value
-    return out
+def corrected_field(file: CompensationFile, field_: FloatArray) -> FloatArray:
+    """Magnetic field with hard and soft iron taken out, T, shape (..., 3)."""
+    c = file.magnetometer
+    if c is None:
+        return field_
+    return np.asarray((field_ - np.array(c.hard_iron)) @ np.array(c.soft_iron).T)

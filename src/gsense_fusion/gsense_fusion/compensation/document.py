@@ -10,6 +10,7 @@ from tempfile import NamedTemporaryFile
 from typing import Any
 
 Vector = tuple[float, float, float]
+Matrix = tuple[Vector, Vector, Vector]
 
 
 class Section:
@@ -56,7 +57,11 @@ class Section:
         """Three numbers."""
         return _vector(self._get(key), f"{self.path}{key}")
 
-    def matrix(self, key: str) -> tuple[Vector, Vector, Vector]:
+    def number_or_vector(self, key: str) -> float | Vector:
+        """A finite number, or three."""
+        return self.vector(key) if isinstance(self._get(key), list) else self.number(key)
+
+    def matrix(self, key: str) -> Matrix:
         """Three rows of three numbers."""
         rows = self._get(key)
         where = f"{self.path}{key}"

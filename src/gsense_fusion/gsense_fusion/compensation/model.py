@@ -1,20 +1,17 @@
-"""compensation.yaml (schema gsense-compensation/1) as typed values; its layout is in docs/architecture.md."""
+"""compensation.yaml (schema gsense-compensation/1) as typed values; its layout is in docs/calibration.md."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from .document import Section, write_atomically
+from .document import Matrix, Section, Vector, write_atomically
+from .terms import Term, finite, floats, parse_term, term_document
 
 SCHEMA = "gsense-compensation/1"
-Vector = tuple[float, float, float]
-Matrix = tuple[Vector, Vector, Vector]
 
 
 class CompensationError(ValueError):
@@ -22,49 +19,29 @@ class CompensationError(ValueError):
 
 
 @dataclass(frozen=True)
-class GSensitivity:
-    """Rate that specific force makes: `matrix @ f`, rows gyro axes, columns accelerometer axes, (rad/s)/(m/s^2).
-
-    `k` instead of a matrix is the thesis's equation 7.4: k [f_y, f_z, f_x].
-    """
-
-    matrix: Matrix | None = None
-    k: float | None = None
-
-    def __post_init__(self) -> None:
-        if (self.matrix is None) == (self.k is None):
-            raise ValueError("g_sensitivity has either matrix or k")
-
-    @property
-    def full_matrix(self) -> Matrix:
-        """The matrix, also where k is given."""
-        if self.matrix is not None:
-            return self.matrix
-        k = float(self.k or 0.0)
-        return ((0.0, k, 0.0), (0.0, 0.0, k), (k, 0.0, 0.0))
-
-
-@dataclass(frozen=True)
-class TemperatureBias:
-    """Rate `c (T' - reference)`; T' follows the die temperature with a first-order lag."""
-
-    c: Vector
-    """rad/s/K."""
-    reference: float
-    """degrees Celsius."""
-    lag_s: float = 0.0
-    """Time constant, s; 0: no lag."""
-
-
-@dataclass(frozen=True)
 class ReferenceTerm:
     """A true rotation of the rig: corrects the reference attitude, never the gyro."""
 
     effect: str
-    parameters: dict[str, Vector]
+    parameters: dict[str, Vector | float]
 
 
-Term = GSensitivity | TemperatureBias
+@dataclass(frozen=True)
+class AccelerometerCorrection:
+    """True specific force = matrix (f - bias)."""
+
+    matrix: Matrix
+    bias: Vector
+    """m/s^2."""
+
+
+@dataclass(frozen=True)
+class MagnetometerCorrection:
+    """True field = soft_iron (B - hard_iron), up to the choice of its mean strength."""
+
+    hard_iron: Vector
+    """T."""
+    soft_iron: Matrix
 
 
 @dataclass(frozen=True)
@@ -80,6 +57,8 @@ class CompensationFile:
     gyro_delay_s: float = 0.0
     """The gyro's samples are this much later than the accelerometer's."""
     reference: tuple[ReferenceTerm, ...] = ()
+    accelerometer: AccelerometerCorrection | None = None
+    magnetometer: MagnetometerCorrection | None = None
 
 
 def load_compensation(path: Path | str) -> CompensationFile:
@@ -106,58 +85,62 @@ def _parse(content: Any) -> CompensationFile:
     schema = top.text("schema")
     if schema != SCHEMA:
         raise ValueError(f"schema is {schema!r}, this version reads {SCHEMA!r}")
-    sensor = top.text("sensor")
-    unit_id = top.optional_text("unit_id")
-    bias: Vector = (0.0, 0.0, 0.0)
-    if top.has("bias"):
-        section = top.section("bias")
-        section.unit("rad/s")
-        bias = section.vector("value")
-        section.no_others()
-    terms = tuple(_term(section) for section in top.sections("terms"))
-    delay = 0.0
-    if top.has("timing"):
-        section = top.section("timing")
-        delay = section.number("gyro_delay_s", 0.0)
-        section.no_others()
-    reference = tuple(_reference(section) for section in top.sections("reference"))
+    file = CompensationFile(
+        sensor=top.text("sensor"),
+        unit_id=top.optional_text("unit_id"),
+        bias=_bias(top),
+        terms=tuple(parse_term(section) for section in top.sections("terms")),
+        gyro_delay_s=_delay(top),
+        reference=tuple(_reference(section) for section in top.sections("reference")),
+        accelerometer=_accelerometer(top),
+        magnetometer=_magnetometer(top),
+    )
     top.no_others()
-    return CompensationFile(sensor, unit_id, bias, terms, delay, reference)
+    return file
 
 
-def _term(section: Section) -> Term:
-    effect = section.text("effect")
-    if effect not in _TERMS:
-        raise ValueError(f"{section.path}effect: {effect!r} is not known; known: {', '.join(sorted(_TERMS))}")
-    term = _TERMS[effect](section)
+def _bias(top: Section) -> Vector:
+    if not top.has("bias"):
+        return (0.0, 0.0, 0.0)
+    section = top.section("bias")
+    section.unit("rad/s")
+    bias = section.vector("value")
     section.no_others()
-    return term
+    return bias
 
 
-def _g_sensitivity(section: Section) -> GSensitivity:
-    section.unit("(rad/s)/(m/s^2)")
-    if section.has("matrix") == section.has("k"):
-        raise ValueError(f"{section.path}matrix: give either matrix (3 rows of 3) or k")
-    if section.has("k"):
-        return GSensitivity(k=section.number("k"))
-    return GSensitivity(matrix=section.matrix("matrix"))
-
-
-def _temperature_bias(section: Section) -> TemperatureBias:
-    section.unit("rad/s/K")
-    lag = section.number("lag_s", 0.0)
-    if lag < 0:
-        raise ValueError(f"{section.path}lag_s: {lag} is negative")
-    return TemperatureBias(section.vector("c"), section.number("reference"), lag)
-
-
-_TERMS: dict[str, Callable[[Section], Term]] = {"g_sensitivity": _g_sensitivity, "temperature_bias": _temperature_bias}
+def _delay(top: Section) -> float:
+    if not top.has("timing"):
+        return 0.0
+    section = top.section("timing")
+    delay = section.number("gyro_delay_s", 0.0)
+    section.no_others()
+    return delay
 
 
 def _reference(section: Section) -> ReferenceTerm:
     effect = section.text("effect")
-    names = section.other_keys()
-    return ReferenceTerm(effect, {name: section.vector(name) for name in names})
+    return ReferenceTerm(effect, {name: section.number_or_vector(name) for name in section.other_keys()})
+
+
+def _accelerometer(top: Section) -> AccelerometerCorrection | None:
+    if not top.has("accelerometer"):
+        return None
+    section = top.section("accelerometer")
+    section.unit("m/s^2")
+    correction = AccelerometerCorrection(section.matrix("matrix"), section.vector("bias"))
+    section.no_others()
+    return correction
+
+
+def _magnetometer(top: Section) -> MagnetometerCorrection | None:
+    if not top.has("magnetometer"):
+        return None
+    section = top.section("magnetometer")
+    section.unit("T")
+    correction = MagnetometerCorrection(section.vector("hard_iron"), section.matrix("soft_iron"))
+    section.no_others()
+    return correction
 
 
 def write_compensation(path: Path | str, file: CompensationFile) -> None:
@@ -167,45 +150,30 @@ def write_compensation(path: Path | str, file: CompensationFile) -> None:
         ValueError: a value that is not finite.
         OSError: the folder is not writable.
     """
-    terms = [_term_document(term) for term in file.terms]
     document = {
         "schema": SCHEMA,
         "sensor": file.sensor,
         "unit_id": file.unit_id,
-        "bias": {"value": _floats(file.bias), "unit": "rad/s"},
-        "terms": terms,
-        "timing": {"gyro_delay_s": _finite(file.gyro_delay_s)},
-        "reference": [
-            {"effect": term.effect} | {name: _floats(value) for name, value in term.parameters.items()}
-            for term in file.reference
-        ],
+        "bias": {"value": floats(file.bias), "unit": "rad/s"},
+        "terms": [term_document(term) for term in file.terms],
+        "timing": {"gyro_delay_s": finite(file.gyro_delay_s)},
+        "reference": [_reference_document(term) for term in file.reference],
     }
+    if file.accelerometer is not None:
+        document["accelerometer"] = {
+            "matrix": floats(file.accelerometer.matrix),
+            "bias": floats(file.accelerometer.bias),
+            "unit": "m/s^2",
+        }
+    if file.magnetometer is not None:
+        document["magnetometer"] = {
+            "hard_iron": floats(file.magnetometer.hard_iron),
+            "soft_iron": floats(file.magnetometer.soft_iron),
+            "unit": "T",
+        }
     write_atomically(Path(path), yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120))
 
 
-def _term_document(term: Term) -> dict[str, Any]:
-    if isinstance(term, TemperatureBias):
-        return {
-            "effect": "temperature_bias",
-            "c": _floats(term.c),
-            "reference": _finite(term.reference),
-            "lag_s": _finite(term.lag_s),
-            "unit": "rad/s/K",
-        }
-    value: dict[str, Any]
-    if term.matrix is not None:
-        value = {"matrix": [_floats(row) for row in term.matrix]}
-    else:
-        value = {"k": _finite(term.full_matrix[0][1])}
-    return {"effect": "g_sensitivity", **value, "unit": "(rad/s)/(m/s^2)"}
-
-
-def _floats(values: Vector) -> list[float]:
-    return [_finite(value) for value in values]
-
-
-def _finite(value: float) -> float:
-    value = float(value)  # numpy's floats are no YAML
-    if not isfinite(value):
-        raise ValueError(f"a compensation file cannot hold {value}")
-    return value
+def _reference_document(term: ReferenceTerm) -> dict[str, Any]:
+    values = {n: floats(v) if isinstance(v, tuple) else finite(v) for n, v in term.parameters.items()}
+    return {"effect": term.effect, **values}

@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from gsense_fusion.compensation.model import (
+from gsense_fusion.compensation import (
     CompensationFile,
     GSensitivity,
     Matrix,
