@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
 from gsense_rig.control.model import DriveModel
 
@@ -47,8 +48,11 @@ class ObserverNoise:
     """What the observer trusts."""
 
     position: float = 50e-6 / math.sqrt(12.0)  # m, the encoder's step
-    velocity: float = 0.03  # (m/s)/sqrt(s): model's error as white acceleration
-    disturbance: float = 5.0  # (m/s²)/sqrt(s): drift of the unmodelled acceleration
+    velocity: float = 0.01  # (m/s)/sqrt(s): model's error as white acceleration
+    disturbance: float = 1.5  # (m/s²)/sqrt(s): drift of the unmodelled acceleration
+
+
+TUNED_NOISE = ObserverNoise(velocity=0.003, disturbance=0.5)  # with an identified model
 
 
 class DriveObserver:
@@ -60,7 +64,7 @@ class DriveObserver:
     def __init__(self, drive: DriveParameters, period: float, noise: ObserverNoise | None = None) -> None:
         self.period = period
         self._model = DriveModel(drive)
-        self._gain = _steady_gain(drive, period, noise or ObserverNoise())
+        self._gain = _steady_gain(self._model.decay, period, noise or ObserverNoise())
         self.position = 0.0
         self.velocity = 0.0
         self.acceleration = 0.0
@@ -76,32 +80,26 @@ class DriveObserver:
 
     def update(self, position: float, voltage: float | None) -> None:
         """Take one encoder position [m] and the voltage of the period before it (None: bridge open)."""
-        h = self.period
-        # Two half steps: the mechanical time constant is 19 ms.
-        v, half = self.velocity, 0.5 * h
+        h, v = self.period, self.velocity
+        # Midpoint rule: friction turns round within a period, and the mechanical time constant is 19 ms.
         a = self._model.acceleration(v, voltage) + self._disturbance
-        middle = v + half * a
+        middle = v + 0.5 * h * a
         a = self._model.acceleration(middle, voltage) + self._disturbance
-        predicted_velocity = v + h * a
         predicted = self.position + h * middle
         innovation = position - predicted
         k0, k1, k2 = self._gain
         self.position = predicted + k0 * innovation
-        self.velocity = predicted_velocity + k1 * innovation
+        self.velocity = v + h * a + k1 * innovation
         self._disturbance += k2 * innovation
         self.acceleration = self._model.acceleration(self.velocity, voltage) + self._disturbance
 
 
 @lru_cache(maxsize=8)
-def _steady_gain(drive: DriveParameters, h: float, noise: ObserverNoise) -> tuple[float, float, float]:
-    """Gain of the steady Kalman filter, by iterating the Riccati equation of the linearised drive."""
-    mass = drive.load_mass + drive.gear_efficiency * drive.motor_mass
-    decay = drive.gear_efficiency * drive.force_constant**2 / (drive.resistance * mass)
+def _steady_gain(decay: float, h: float, noise: ObserverNoise) -> tuple[float, float, float]:
+    """Gain of the steady Kalman filter of the linearised drive, whose velocity decays at a rate [1/s]."""
     transition = np.array([[1.0, h, 0.5 * h * h], [0.0, math.exp(-decay * h), h], [0.0, 0.0, 1.0]])
-    driving = np.diag([0.0, noise.velocity**2 * h, noise.disturbance**2 * h])
-    covariance = np.diag([1e-6, 1.0, 100.0])
-    for _ in range(1500):
-        predicted = transition @ covariance @ transition.T + driving
-        gain = predicted[:, 0] / (predicted[0, 0] + noise.position**2)
-        covariance = predicted - np.outer(gain, predicted[0])
+    driving = np.diag([1e-18, noise.velocity**2 * h, noise.disturbance**2 * h])
+    read = np.array([[1.0], [0.0], [0.0]])
+    predicted = solve_discrete_are(transition.T, read, driving, np.array([[noise.position**2]]))
+    gain = predicted[:, 0] / (predicted[0, 0] + noise.position**2)
     return float(gain[0]), float(gain[1]), float(gain[2])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from gsense_rig.plant.parameters import DriveParameters
 
-_REVERSAL_SPEED = 4.0e-3  # m/s over which the dry friction's sign is blended
+_REVERSAL_SPEED = 1.0e-3  # m/s over which the dry friction's sign is blended; a wider blend shakes the carriage
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,12 @@ class DriveNeed:
 
 
 class DriveModel:
-    """Rigid inverse model of motor, gear, belt and carriage with the controller's own (possibly wrong) numbers."""
+    """Rigid inverse model of motor, gear, belt and carriage with the controller's own (possibly wrong) numbers.
+
+    Attributes:
+        inertia: volts per acceleration [V/(m/s²)].
+        decay: rate at which the back EMF brakes [1/s].
+    """
 
     def __init__(self, drive: DriveParameters) -> None:
         self.drive = drive
@@ -34,6 +39,9 @@ class DriveModel:
         self._motor_viscous = drive.motor_viscous
         self._coulomb = drive.coulomb_friction
         self._viscous = drive.viscous_friction
+        mass = drive.load_mass + drive.gear_efficiency * drive.motor_mass
+        self.inertia = drive.resistance * mass / (drive.gear_efficiency * drive.force_constant)
+        self.decay = drive.force_constant / self.inertia
 
     def need(self, velocity: float, acceleration: float) -> DriveNeed:
         """Voltage and current for a velocity [m/s] and an acceleration [m/s²] at the belt (L di/dt neglected)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gsense_rig.control.estimators import DriveObserver
+from gsense_rig.control.estimators import TUNED_NOISE, DriveObserver
 from gsense_rig.control.model import DriveModel
 from gsense_rig.hardware.interface import MOTOR_OFF, HardwareReading, MotorOutput
 
@@ -26,7 +26,7 @@ class Axis:
 
     def __init__(self, hardware: RailHardware, parameters: LoopParameters) -> None:
         self.model = DriveModel(parameters.model)
-        self.observer = DriveObserver(parameters.model, parameters.period)
+        self.observer = make_observer(parameters)
         self.position = 0.0
         self.reading: HardwareReading | None = None
         self.output = MOTOR_OFF
@@ -61,8 +61,19 @@ class Axis:
         self.output = MotorOutput(duty, disabled, light)
         self._hardware.write(self.output)
 
+    def use_model(self, parameters: LoopParameters) -> None:
+        """Take over another belief about the drive; the carriage must be at rest."""
+        self.model = DriveModel(parameters.model)
+        self.observer = make_observer(parameters)
+        self.observer.reset(self.position)
+
     def shift_zero(self, offset: float) -> None:
         """Move the zero: positions become smaller by offset [m]."""
         self._zero_counts += offset * self._hardware.counts_per_metre
         self.observer.shift(offset)
         self.position -= offset
+
+
+def make_observer(parameters: LoopParameters) -> DriveObserver:
+    """Observer that trusts its model more where that was identified."""
+    return DriveObserver(parameters.model, parameters.period, TUNED_NOISE if parameters.tuned else None)

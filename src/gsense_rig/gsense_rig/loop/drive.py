@@ -36,7 +36,11 @@ class Drive:
         self.brake = Brake(parameters.brake)
         self._axis = axis
         self._period = parameters.period
-        self._controller = make_controller(parameters.controller, parameters.model)
+        self._controller = make_controller(parameters.controller, parameters.model, parameters.tuned)
+
+    def use_model(self, parameters: LoopParameters) -> None:
+        """Take over another belief about the drive."""
+        self._controller = make_controller(parameters.controller, parameters.model, parameters.tuned)
 
     def prepare(self) -> None:
         """Begin a motion: no brake, no memory of the last one."""

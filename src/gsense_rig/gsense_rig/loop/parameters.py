@@ -22,6 +22,7 @@ class LoopParameters:
     rate: float = 600.0  # Hz; three ticks to one 200 Hz pose, so poses are evenly spaced
     controller: str = "feedforward"  # or pi, the thesis's
     model: DriveParameters = field(default_factory=DriveParameters)
+    tuned: bool = False  # the model was identified (or is the plant's own): softer feedback, steadier observer
     plant: PlantParameters = field(default_factory=PlantParameters)
     control: ControlLimits = field(default_factory=ControlLimits)
     motion: MotionLimits = field(default_factory=MotionLimits)
