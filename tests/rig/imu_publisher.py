@@ -26,6 +26,8 @@ def main() -> None:
         message.header.stamp.sec = k
         message.angular_velocity.x = float(k)
         imu.publish(message)
+        if k == 0:
+            print("first", flush=True)
         if k % 20 == 0:
             temperature.temperature = float(k)
             warm.publish(temperature)

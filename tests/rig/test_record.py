@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import errno
 import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,10 +15,6 @@ import pytest
 import yaml
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
-
-from gsense_rig.recording.bag import BagWriter, offered_qos, storage_file
-from gsense_rig.recording.typestore import typestore
-from gsense_rig.recording.writer_thread import BagThread, Topic
 
 pytest.importorskip("rclpy", reason="needs the ROS environment: run by ./rig test")
 
@@ -54,6 +50,7 @@ def test_records_every_message_and_closes_on_a_signal(tmp_path: Path, how: signa
         assert "recording to" in record.stdout.readline()
         with process(str(PUBLISHER), str(count), "200", cwd=tmp_path) as publisher:
             assert publisher.stdout is not None
+            assert publisher.stdout.readline() == "first\n"
             assert publisher.stdout.readline() == f"published {count}\n"
             record.send_signal(how)
             out, err = record.communicate(timeout=30)
@@ -101,59 +98,84 @@ def test_refuses_an_existing_folder_in_one_line(tmp_path: Path) -> None:
     assert "bag exists already" in err
 
 
-def fill(thread: BagThread, topic: str, count: int) -> None:
-    for k in range(count):
-        thread.put(topic, 1_000_000 * k, b"\0\1\0\0" + bytes(1000))
-
-
-def test_full_disk_leaves_a_closed_bag_and_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The disk has room for 3 MB beside the reserve: what was written before is readable, the rest is counted."""
-    bag = tmp_path / "bag"
-    room = [3_000_000]
-    really = os.write
-
-    def write(descriptor: int, data: memoryview) -> int:
-        if (bag / ".reserve").exists():
-            if len(data) > room[0]:
-                if room[0] == 0:
-                    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-                data = data[: room[0]]
-            room[0] -= len(data)
-        return really(descriptor, data)
-
-    monkeypatch.setattr(os, "write", write)
-    thread = BagThread(bag, typestore())
-    thread.add_topic(Topic("/raw", "std_msgs/msg/String", (offered_qos(10),)))
-    fill(thread, "/raw", 6000)
-    summary = thread.finish()
-    assert summary.error is not None
-    assert "No space left on device" in summary.error
-    assert summary.counts["/raw"] + summary.unwritten == 6000
-    assert summary.counts["/raw"] > 2500
+def numbers(bag: Path) -> list[int]:
     with AnyReader([bag], default_typestore=get_typestore(Stores.ROS2_JAZZY)) as reader:
-        times = [t for _, t, _ in reader.messages()]
-    assert times == [1_000_000 * k for k in range(summary.counts["/raw"])]
+        imu = [c for c in reader.connections if c.topic == "/mpu6050/imu/data_raw"]
+        return [reader.deserialize(raw, c.msgtype).header.stamp.sec for c, _, raw in reader.messages(imu)]
 
 
-def test_sorted_blocks_are_the_same_bag_as_single_messages(tmp_path: Path) -> None:
-    store = typestore()
-    for name in ("single", "blocks"):
-        with BagWriter(tmp_path / name / "bag") as writer:
-            a, b = (writer.add_connection(t, "std_msgs/msg/String", typestore=store) for t in ("/a", "/b"))
-            messages = [((a, b)[k % 3 == 0], 1000 + k // 2, bytes([k % 251]) * (k % 700)) for k in range(9000)]
-            if name == "single":
-                for message in messages:
-                    writer.write(*message)
-            else:
-                for at in range(0, 9000, 700):
-                    writer.write_sorted(messages[at : at + 700])
-    with (
-        AnyReader([tmp_path / "single" / "bag"], default_typestore=store) as one,
-        AnyReader([tmp_path / "blocks" / "bag"], default_typestore=store) as two,
-    ):
-        assert [(c.topic, t, raw) for c, t, raw in one.messages()] == [
-            (c.topic, t, raw) for c, t, raw in two.messages()
-        ]
-    metadata = [(tmp_path / name / "bag" / "metadata.yaml").read_text() for name in ("single", "blocks")]
-    assert metadata[0] == metadata[1]
-    assert storage_file(tmp_path / "single" / "bag").is_file()
+@pytest.mark.graph
+def test_a_killed_recorder_loses_less_than_a_second(tmp_path: Path) -> None:
+    """SIGKILL in a live stream at 200 Hz: all but the last second is read at once, and by rosbag2 after the repair."""
+    from gsense_fusion.bags import load_run
+
+    with process(*recorder("out:=bag"), cwd=tmp_path) as record:
+        assert record.stdout is not None
+        record.stdout.readline()
+        with process(str(PUBLISHER), "700", "200", cwd=tmp_path) as publisher:
+            assert publisher.stdout is not None
+            assert publisher.stdout.readline() == "first\n"
+            time.sleep(3.0)
+            killed = time.time_ns()
+            record.kill()
+            record.wait()
+            publisher.stdout.readline()
+    run = load_run(tmp_path / "bag", "mpu6050")
+    readable = run.imu.received_ns
+    assert len(readable) > 200
+    assert any("recorder was killed" in note for note in run.notes)
+    path = [sys.executable, "-m", "gsense_rig.record", "--repair", "bag"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src" / "gsense_rig") + os.pathsep + os.environ["PYTHONPATH"]}
+    done = subprocess.run(path, cwd=tmp_path, env=environment, text=True, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr
+    kept = numbers(tmp_path / "bag")
+    assert kept == list(range(len(kept)))
+    assert kept[-1] == run.imu.stamp_ns[-1] // 10**9
+    assert readable[-1] > killed - 1_000_000_000
+
+
+@pytest.mark.graph
+def test_goes_on_when_a_topic_is_late_and_splits(tmp_path: Path) -> None:
+    names = "topics:=['mpu6050/imu/data_raw', 'mpu6050/temperature', 'never']"
+    with process(*recorder("out:=bag", "max_bag_size:=100000", names), cwd=tmp_path) as record:
+        assert record.stdout is not None
+        record.stdout.readline()
+        time.sleep(1.0)  # nobody publishes yet
+        with process(str(PUBLISHER), "1000", "500", cwd=tmp_path) as publisher:
+            assert publisher.stdout is not None
+            publisher.stdout.readline()
+            assert publisher.stdout.readline() == "published 1000\n"
+            time.sleep(0.3)
+            record.send_signal(signal.SIGINT)
+            _, err = record.communicate(timeout=30)
+    assert record.returncode == 0
+    assert "record: /never: nobody published it" in err
+    assert numbers(tmp_path / "bag") == list(range(1000))
+    data = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
+    assert len(data["files"]) > 2
+    assert data["relative_file_paths"] == [f"bag_{k}.mcap" for k in range(len(data["files"]))]
+
+
+@pytest.mark.graph
+def test_a_full_disk_ends_the_recorder_with_a_closed_bag(tmp_path: Path) -> None:
+    """A file system of 5 MB, of which the reserve takes 4: what was written is readable, the rest is counted."""
+    mount = ["unshare", "--map-root-user", "--mount", "sh", "-c"]
+    small = tmp_path / "small"
+    small.mkdir()
+    fill = f"mount -t tmpfs -o size=5m none {small} && "
+    if subprocess.run([*mount, fill + "true"], check=False, capture_output=True).returncode:
+        pytest.skip("this machine allows no mount in a namespace of one's own (unshare --map-root-user --mount)")
+    bag = small / "bag"
+    command = " ".join([sys.executable, *recorder(f"out:={bag}")])
+    script = f"{fill} {{ {command}; code=$?; cp -r {bag} {tmp_path}; exit $code; }}"
+    with process("-c", f"import os; os.execvp('unshare', {[*mount, script]})", cwd=tmp_path) as record:
+        assert record.stdout is not None
+        assert "recording to" in record.stdout.readline()
+        with process(str(PUBLISHER), "9000", "2000", cwd=tmp_path):
+            _, err = record.communicate(timeout=60)
+    assert record.returncode == 1, err
+    assert "No space left on device; " in err
+    assert "messages are not in the bag" in err
+    kept = numbers(tmp_path / "bag")
+    assert 500 < len(kept) < 9000
+    assert kept == list(range(len(kept)))

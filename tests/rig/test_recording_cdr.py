@@ -58,4 +58,4 @@ def test_every_copy_is_what_the_library_writes() -> None:
         blobs = template.fill(stamps, fields)
         for stamp, value, blob in zip(stamps.tolist(), values, blobs, strict=True):
             expected = make(stamp // 10**9, stamp % 10**9, float(value))
-            assert blob == bytes(STORE.serialize_cdr(expected, template.msgtype))
+            assert blob.tobytes() == bytes(STORE.serialize_cdr(expected, template.msgtype))

@@ -1,22 +1,30 @@
 """`record`: records the live graph into a rosbag2 bag (MCAP), for machines without `ros2 bag`.
 
-Parameters: `out`, the bag's folder, and `topics`, names to record (default: all). Ends on SIGINT or SIGTERM: the bag is
-closed, its path and counts are printed, exit 0. Exit 2 where the bag cannot be made, 1 where the disk became full.
+Parameters: `out`, the bag's folder; `topics`, names to record (default: all); `max_bag_size`, bytes of a storage file
+(default 0: one file); `max_queue`, bytes that may wait for the disk. Ends on SIGINT or SIGTERM: the bag is closed, its
+path, its counts and what could not be kept are printed, exit 0. Exit 2 where the bag cannot be made, 1 where the disk
+became full.
+
+`record --repair BAG` repairs the bag of a recorder that was killed: what had reached the disk, all but the last second.
 """
 
 from __future__ import annotations
 
+import argparse
 import signal
 import sys
 import threading
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
-from rosbags.rosbag2 import WriterError
+from rosbags.rosbag2 import ReaderError, WriterError
 
 from gsense_rig.recording.recorder_node import RecorderNode
+from gsense_rig.recording.repair import RepairError, repair
 from gsense_rig.recording.typestore import DefinitionError, typestore
 from gsense_rig.recording.writer_thread import Summary
 
@@ -25,7 +33,9 @@ POLL = 0.05
 
 
 def main() -> int:
-    """Runs until a signal or an error."""
+    """Runs until a signal or an error; with --repair, repairs."""
+    if "--repair" in sys.argv[1:]:
+        return _repair(sys.argv[1:])
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
@@ -39,7 +49,7 @@ def main() -> int:
         return 2
     _spin(node, stop)
     summary = node.finish()
-    _report(summary)
+    _report(summary, node)
     node.destroy_node()
     rclpy.try_shutdown()
     return 1 if summary.error else 0
@@ -73,13 +83,37 @@ def _drain(executor: Any) -> None:
         executor.spin_once(timeout_sec=0.0)
 
 
-def _report(summary: Summary) -> None:
+def _report(summary: Summary, node: RecorderNode) -> None:
     print(f"{sum(summary.counts.values())} messages in {summary.bag}")
     for name, count in sorted(summary.counts.items()):
         print(f"  {count:8d}  {name}")
+    for name, count in sorted(summary.overflow.items()):
+        print(f"record: {name}: {count} messages dropped, the disk was too slow", file=sys.stderr)
+    for name, count in sorted(node.lost.items()):
+        print(f"record: {name}: {count} messages lost on their way here", file=sys.stderr)
+    for name in node.never_seen:
+        print(f"record: {name}: nobody published it", file=sys.stderr)
+    for name in node.skipped:
+        print(f"record: {name}: not recorded, its type is not installed here", file=sys.stderr)
     if summary.error:
         print(f"record: {summary.error}; {summary.unwritten} messages are not in the bag", file=sys.stderr)
     sys.stdout.flush()
+
+
+def _repair(arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(prog="record", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--repair", type=Path, metavar="BAG", required=True)
+    bag = parser.parse_args(arguments).repair.absolute()
+    try:
+        files = repair(bag, typestore())
+    except (RepairError, DefinitionError, WriterError, ReaderError, OSError) as error:
+        print(f"record: {error}", file=sys.stderr)
+        return 2
+    for file in files:
+        end = "had been closed" if file.left_out is None else f"{file.left_out} bytes of a half-written end left out"
+        print(f"{file.name}: {file.kept} messages, {end}")
+    print(bag)
+    return 0
 
 
 if __name__ == "__main__":

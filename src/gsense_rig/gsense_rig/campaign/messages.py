@@ -31,7 +31,8 @@ class Batch:
     topic: str
     msgtype: str
     log_ns: npt.NDArray[np.int64]
-    data: list[bytes]
+    rows: npt.NDArray[np.uint8]
+    """(n, size)."""
     depth: int = field(default=200)
     """The publisher's queue: a second's messages."""
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
 from gsense_rig.campaign.index import INDEX, Index, checksum, is_intact, read_index, write_yaml
@@ -16,14 +15,13 @@ from gsense_rig.campaign.messages import Batch
 from gsense_rig.campaign.plan import Plan, PlanRun
 from gsense_rig.campaign.session import Session, SessionSpec
 from gsense_rig.recording.bag import BagWriter, offered_qos, storage_file
+from gsense_rig.recording.interleave import Stream, interleave
 from gsense_rig.recording.typestore import typestore
 from gsense_rig.sensors.effects import parse_effects
 from gsense_rig.sensors.parameters import UnitParameters
 
 TRUTH = "truth.yaml"
 TRUTH_SCHEMA = "gsense-truth/1"
-BLOCK = 2000
-"""Messages that go to the writer at once: somewhat less than a chunk."""
 _WORK = ".unfinished"
 Progress = Callable[[int, PlanRun, str], None]
 """Called with a run's number, its entry and "made", "kept" or "begun"."""
@@ -66,7 +64,7 @@ def simulate_campaign(plan: Plan, folder: Path, spec: SessionSpec, progress: Pro
             write_bag(batches, folder / entry.bag)
             index = index.with_done(number, checksum(storage_file(folder / entry.bag)))
             index.write(folder)
-            messages += sum(len(batch.data) for batch in batches)
+            messages += sum(batch.rows.shape[0] for batch in batches)
             simulated += _span(batches)
         _tell(progress, number, entry.plan, "kept" if kept[number] else "made")
     shutil.rmtree(folder / _WORK, ignore_errors=True)
@@ -78,21 +76,19 @@ def write_bag(batches: list[Batch], bag: Path) -> None:
     work = bag.parent / _WORK / bag.name
     shutil.rmtree(work, ignore_errors=True)
     store = typestore()
-    times = np.concatenate([batch.log_ns for batch in batches])
     with BagWriter(work) as writer:
-        connections = [
-            writer.add_connection(
-                batch.topic, batch.msgtype, typestore=store, offered_qos_profiles=[offered_qos(batch.depth)]
+        streams = [
+            Stream(
+                writer.add_connection(
+                    batch.topic, batch.msgtype, typestore=store, offered_qos_profiles=[offered_qos(batch.depth)]
+                ).id,
+                batch.log_ns,
+                batch.rows,
             )
             for batch in batches
         ]
-        items = [(c, data) for c, batch in zip(connections, batches, strict=True) for data in batch.data]
-        order = np.argsort(times, kind="stable")
-        messages = [
-            (items[i][0], time, items[i][1]) for i, time in zip(order.tolist(), times[order].tolist(), strict=True)
-        ]
-        for at in range(0, len(messages), BLOCK):
-            writer.write_sorted(messages[at : at + BLOCK])
+        for block in interleave(streams):
+            writer.write_block(block)
     shutil.rmtree(bag, ignore_errors=True)
     work.rename(bag)
 

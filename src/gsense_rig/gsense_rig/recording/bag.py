@@ -1,12 +1,10 @@
-"""A rosbag2 bag in MCAP with the names that rosbag2's own tools expect: DIR/<bag>_0.mcap and DIR/metadata.yaml."""
+"""A rosbag2 bag in MCAP with the names that rosbag2's own tools expect: DIR/<bag>_<n>.mcap and DIR/metadata.yaml."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
 from pathlib import Path
-from struct import Struct
-from typing import ClassVar, Final
+from typing import Any, ClassVar, Final
 
 from rosbags.interfaces import (
     Connection,
@@ -18,95 +16,30 @@ from rosbags.interfaces import (
     QosTime,
 )
 from rosbags.rosbag2 import StoragePlugin, Writer
-from rosbags.rosbag2.enums import CompressionMode
-from rosbags.rosbag2.storage_mcap import McapWriter
 
-VERSION: Final = 9
-CHUNK = 1 << 20
-"""Bytes after which a chunk goes to disk."""
-RESERVE = 4 * CHUNK
+from gsense_rig.recording.mcap_file import CHUNK, Block, McapFile
+from gsense_rig.recording.metadata import VERSION, BagInformation, FilePart
+
+RESERVE: Final = 4 * CHUNK
 """Bytes kept free for closing a bag on a full disk: the chunk in hand, the index, metadata.yaml."""
-_RESERVE_FILE = ".reserve"
+RESERVE_FILE: Final = ".reserve"
 _FOREVER = QosTime(9223372036, 854775807)
-_MESSAGE = Struct("<BQHIQQ")
-"""MCAP record 0x05: opcode, length, channel, sequence, log time, publish time; the data follow."""
-_MESSAGE_FIXED = _MESSAGE.size - 9
-
-
-class _WholeFile:
-    """An unbuffered file whose `write` writes all or raises, so that a failed write can be taken back."""
-
-    def __init__(self, descriptor: int) -> None:
-        self._descriptor = descriptor
-
-    def write(self, data: bytes | memoryview) -> int:
-        left = memoryview(data).cast("B")
-        while left.nbytes:
-            left = left[os.write(self._descriptor, left) :]
-        return memoryview(data).nbytes
-
-    def tell(self) -> int:
-        return os.lseek(self._descriptor, 0, os.SEEK_CUR)
-
-    def take_back(self, position: int) -> None:
-        os.ftruncate(self._descriptor, position)
-        os.lseek(self._descriptor, position, os.SEEK_SET)
-
-    def close(self) -> None:
-        os.close(self._descriptor)
-
-
-class _NumberedMcap(McapWriter):
-    """The library names the file <bag>.mcap; `ros2 bag reindex` wants <bag>_0.mcap."""
-
-    def __init__(self, path: Path, compression: CompressionMode) -> None:
-        super().__init__(path, compression)
-        self.path = self.path.rename(path / f"{path.name}_0.mcap")
-        descriptor = os.dup(self.bio.fileno())
-        self.bio.close()  # flushes what the library has written so far
-        self.bio = _WholeFile(descriptor)  # type: ignore[assignment]
-
-    def close_chunk(self) -> None:
-        """As the library's; where the disk is full the file ends as before, and the chunk is still in hand."""
-        start = self.bio.tell()
-        try:
-            super().close_chunk()
-        except OSError:
-            self.bio.take_back(start)  # type: ignore[attr-defined]
-            raise
-
-    def write_sorted(self, messages: Iterable[tuple[int, int, bytes]]) -> None:
-        """Writes (connection id, time, data) whose times do not fall; several times faster than one by one."""
-        chunk, pack = self.chunk, _MESSAGE.pack
-        at = chunk.bio.tell()
-        parts: list[bytes] = []
-        first = last = None
-        for channel, time, data in messages:
-            parts.append(pack(0x05, _MESSAGE_FIXED + len(data), channel, 0, time, time))
-            parts.append(data)
-            chunk.msgs[channel].append((time, at))
-            at += _MESSAGE.size + len(data)
-            self.channel_stats[channel] += 1
-            first = time if first is None else first
-            last = time
-        if first is None or last is None:
-            return
-        chunk.bio.write(b"".join(parts))
-        chunk.message_start_time = min(first, chunk.message_start_time)
-        chunk.message_end_time = max(last, chunk.message_end_time)
-        self.message_start_time = min(first, self.message_start_time)
-        self.message_end_time = max(last, self.message_end_time)
-        if at > CHUNK:
-            self.close_chunk()
 
 
 class BagWriter(Writer):
-    """`rosbags`' writer, MCAP, version 9. Raises `rosbags.rosbag2.WriterError` where the folder exists."""
+    """`rosbags`' writer: MCAP, version 9, split by size. Raises `rosbags.rosbag2.WriterError` where the folder exists.
 
-    STORAGE_PLUGINS: ClassVar[Mapping[StoragePlugin, type]] = {StoragePlugin.MCAP: _NumberedMcap}  # type: ignore[misc]
+    Args:
+        path: the bag's folder.
+        max_bytes: size at which the next storage file is begun; 0: never.
+    """
 
-    def __init__(self, path: Path) -> None:
+    STORAGE_PLUGINS: ClassVar[Any] = {StoragePlugin.MCAP: lambda path, _: McapFile(storage_file(path))}  # type: ignore[misc]
+
+    def __init__(self, path: Path, max_bytes: int = 0) -> None:
         super().__init__(path, version=VERSION, storage_plugin=StoragePlugin.MCAP)
+        self._max_bytes = max_bytes
+        self._parts: list[FilePart] = []
 
     @property
     def total(self) -> int:
@@ -119,41 +52,62 @@ class BagWriter(Writer):
             super().write(connection, timestamp, data)
         except OSError:
             self.counts[connection.id] += 1
-            self.min_timestamp = min(timestamp, self.min_timestamp)
-            self.max_timestamp = max(timestamp, self.max_timestamp)
             raise
+        self._split_where_due()
 
-    def write_sorted(self, messages: list[tuple[Connection, int, bytes]]) -> None:
-        """Writes a block of messages (connection, time in ns, data) in the order of their times."""
-        storage = self.storage
-        assert isinstance(storage, _NumberedMcap)  # noqa: S101 - the only plugin of this class
-        storage.write_sorted((connection.id, time, data) for connection, time, data in messages)
-        for connection, _, _ in messages:
-            self.counts[connection.id] += 1
-        self.min_timestamp = min(self.min_timestamp, messages[0][1])
-        self.max_timestamp = max(self.max_timestamp, messages[-1][1])
+    def write_block(self, block: Block) -> None:
+        """Writes many messages at once; their channels are the ids of connections."""
+        before = dict(self._file.channel_stats)
+        self._file.write_block(block)
+        for channel, count in self._file.channel_stats.items():
+            self.counts[channel] += count - before.get(channel, 0)
+        self._split_where_due()
 
     def flush(self) -> None:
         """Puts what has been written so far on disk; a killed process loses only what came later."""
-        storage = self.storage
-        assert isinstance(storage, _NumberedMcap)  # noqa: S101 - the only plugin of this class
-        if storage.chunk.bio.tell():
-            storage.close_chunk()
+        if self._file.chunk.bio.tell():
+            self._file.close_chunk()
 
     def reserve(self) -> None:
         """Takes the room that closing the bag will need, while there is some."""
-        with (self.path / _RESERVE_FILE).open("wb") as file:
+        with (self.path / RESERVE_FILE).open("wb") as file:
             os.posix_fallocate(file.fileno(), 0, RESERVE)
 
     def close(self) -> None:
         """Writes index and metadata.yaml; a reserve makes that possible on a full disk too."""
-        (self.path / _RESERVE_FILE).unlink(missing_ok=True)
-        super().close()
+        (self.path / RESERVE_FILE).unlink(missing_ok=True)
+        if self.storage is not None:
+            self._close_file()
+        BagInformation(self._parts, self.connections, self.counts, self.custom_data).write(self.path)
+
+    @property
+    def _file(self) -> McapFile:
+        storage = self.storage
+        assert isinstance(storage, McapFile)  # noqa: S101 - `open` makes nothing else
+        return storage
+
+    def _split_where_due(self) -> None:
+        """The next file, where this one is large enough; it can be read without the others."""
+        if not self._max_bytes or self._file.size < self._max_bytes:
+            return
+        announced = self._file.announced
+        self._close_file()
+        following = McapFile(storage_file(self.path, len(self._parts)))
+        for connection, qos in announced:
+            following.add_connection(connection, qos)
+        self.storage = following
+
+    def _close_file(self) -> None:
+        file = self._file
+        part = FilePart(file.path.name, file.message_start_time, file.message_end_time, file.count)
+        file.close(VERSION, BagInformation([part], self.connections, file.channel_stats, {}).text())
+        self._parts.append(part)
+        self.storage = None
 
 
-def storage_file(bag: Path) -> Path:
-    """The one storage file of a bag that `BagWriter` has written."""
-    return bag / f"{bag.name}_0.mcap"
+def storage_file(bag: Path, number: int = 0) -> Path:
+    """The storage file of that number of a bag that `BagWriter` has written."""
+    return bag / f"{bag.name}_{number}.mcap"
 
 
 def offered_qos(depth: int, *, reliable: bool = True, transient: bool = False) -> Qos:

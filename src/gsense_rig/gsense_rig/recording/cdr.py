@@ -84,15 +84,15 @@ class Template:
             }
         )
 
-    def fill(self, stamps_ns: npt.NDArray[np.int64], values: Mapping[str, npt.ArrayLike]) -> list[bytes]:
-        """One serialised message per stamp; `values` maps a field's name to a number or an array of shape (n,)."""
-        count = stamps_ns.shape[0]
-        raw = np.tile(np.frombuffer(self._bytes, dtype=np.uint8), count)
-        rows = raw.view(self._dtype)
-        rows["header.stamp.sec"] = stamps_ns // 1_000_000_000
-        rows["header.stamp.nanosec"] = stamps_ns % 1_000_000_000
+    def fill(self, stamps_ns: npt.NDArray[np.int64], values: Mapping[str, npt.ArrayLike]) -> npt.NDArray[np.uint8]:
+        """One serialised message per stamp, shape (n, size).
+
+        `values` maps a field's name to a number or an array of shape (n,).
+        """
+        rows = np.tile(np.frombuffer(self._bytes, dtype=np.uint8), (stamps_ns.shape[0], 1))
+        fields = rows.view(self._dtype)[:, 0]
+        fields["header.stamp.sec"] = stamps_ns // 1_000_000_000
+        fields["header.stamp.nanosec"] = stamps_ns % 1_000_000_000
         for name, value in values.items():
-            rows[name] = value
-        size = len(self._bytes)
-        blob = raw.tobytes()
-        return [blob[i : i + size] for i in range(0, count * size, size)]
+            fields[name] = value
+        return rows

@@ -3,39 +3,51 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rosbags.typesys.store import Typestore
 
 from gsense_rig.recording import discovery
 from gsense_rig.recording.typestore import knows
-from gsense_rig.recording.writer_thread import BagThread, Summary, Topic
+from gsense_rig.recording.writer_thread import MAX_QUEUE, BagThread, Summary, Topic
 
 DISCOVERY_PERIOD = 0.1
 """s."""
 
 
 class RecorderNode(Node):
-    """Parameters `out` (folder of the bag) and `topics` (names; empty: all that are not hidden)."""
+    """Subscribes to topics as they appear, and writes what they bring.
+
+    Parameters: `out`, folder of the bag; `topics`, names (empty: all that are not hidden); `max_bag_size`, bytes of a
+    storage file after which the next one is begun (0: never); `max_queue`, bytes that may wait for the disk.
+    """
 
     def __init__(self, store: Typestore) -> None:
         super().__init__("record")
         self.declare_parameter("out", "")
         self.declare_parameter("topics", [""])
+        self.declare_parameter("max_bag_size", 0)
+        self.declare_parameter("max_queue", MAX_QUEUE)
         self._store = store
         self._bag: BagThread | None = None
         self._subscriptions_by_topic: dict[str, Any] = {}
         self._skipped: set[str] = set()
+        self._lost: Counter[str] = Counter()
+        self._told = 0
 
     def begin(self) -> Path:
         """Creates the bag; raises `rosbags.rosbag2.WriterError` or OSError where that is not possible."""
         name = self.get_parameter("out").value or time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")
         self._wanted = discovery.Wanted.resolve(self, self.get_parameter("topics").value or [])
         bag = Path(name).absolute()
-        self._bag = BagThread(bag, self._store)
+        self._bag = BagThread(
+            bag, self._store, self.get_parameter("max_bag_size").value, self.get_parameter("max_queue").value
+        )
         self.discover()
         self.create_timer(DISCOVERY_PERIOD, self.discover)
         return bag
@@ -44,6 +56,21 @@ class RecorderNode(Node):
     def error(self) -> str | None:
         """Why the bag can no longer be written."""
         return self._bag.error if self._bag is not None else None
+
+    @property
+    def skipped(self) -> list[str]:
+        """Topics whose type is not installed here."""
+        return sorted(self._skipped)
+
+    @property
+    def never_seen(self) -> list[str]:
+        """Topics that were asked for and that nobody published."""
+        return sorted(self._wanted.names - set(self._subscriptions_by_topic) - self._skipped)
+
+    @property
+    def lost(self) -> dict[str, int]:
+        """Messages that the middleware reports as lost, by topic."""
+        return dict(self._lost)
 
     def finish(self) -> Summary:
         """Ends the subscriptions and closes the bag."""
@@ -54,7 +81,8 @@ class RecorderNode(Node):
         return self._bag.finish()
 
     def discover(self) -> None:
-        """Subscribes to topics that are wanted and new."""
+        """Subscribes to topics that are wanted and new; says where messages are dropped."""
+        self._tell_overflow()
         for name, types in self.get_topic_names_and_types():
             if name in self._subscriptions_by_topic or name in self._skipped or name not in self._wanted:
                 continue
@@ -73,8 +101,22 @@ class RecorderNode(Node):
         self._bag.add_topic(Topic(name, msgtype, qos))
         callback = partial(self._receive, name)
         profile = discovery.subscription_qos(publishers)
-        self._subscriptions_by_topic[name] = self.create_subscription(message, name, callback, profile, raw=True)
+        events = SubscriptionEventCallbacks(message_lost=partial(self._note_lost, name))
+        try:
+            subscription = self.create_subscription(message, name, callback, profile, raw=True, event_callbacks=events)
+        except UnsupportedEventTypeError:
+            subscription = self.create_subscription(message, name, callback, profile, raw=True)
+        self._subscriptions_by_topic[name] = subscription
         self.get_logger().info(f"recording {name}")
+
+    def _note_lost(self, name: str, event: Any) -> None:
+        self._lost[name] = event.total_count
+
+    def _tell_overflow(self) -> None:
+        dropped = self._bag.overflow if self._bag is not None else 0
+        if dropped > self._told:
+            self.get_logger().error(f"the disk is too slow: {dropped} messages dropped so far")
+            self._told = dropped
 
     def _receive(self, name: str, data: bytes) -> None:
         assert self._bag is not None  # noqa: S101 - subscriptions exist after begin()

@@ -15,8 +15,10 @@ from rosbags.typesys.store import Typestore
 
 from gsense_rig.recording.bag import BagWriter
 
-FLUSH_PERIOD = 1.0
-"""s: what a killed recorder loses at most."""
+FLUSH_PERIOD = 0.5
+"""s after which what has come goes to disk: a killed recorder loses less than a second."""
+MAX_QUEUE = 256 << 20
+"""Bytes that wait for the disk at most: minutes of the whole graph."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +40,8 @@ class Summary:
     """Messages by topic; topics without any are there with 0."""
     unwritten: int
     """Messages that came after the disk was full."""
+    overflow: dict[str, int]
+    """Messages by topic that found no room in memory, because the disk was too slow."""
     error: str | None
     """Why the recording ended early; one line."""
 
@@ -45,15 +49,29 @@ class Summary:
 class BagThread:
     """Takes messages from any thread; `finish` writes what is left and closes the bag."""
 
-    def __init__(self, bag: Path, store: Typestore) -> None:
-        """Creates the bag; raises `rosbags.rosbag2.WriterError` where it exists and OSError where it cannot be made."""
-        self._writer = BagWriter(bag)
+    def __init__(self, bag: Path, store: Typestore, max_bytes: int = 0, max_queue: int = MAX_QUEUE) -> None:
+        """Creates the bag.
+
+        Args:
+            bag: its folder.
+            store: knows the types of the topics.
+            max_bytes: size of a storage file after which the next one is begun; 0: never.
+            max_queue: bytes that may wait for the disk.
+
+        Raises:
+            rosbags.rosbag2.WriterError: the folder exists.
+            OSError: it cannot be made.
+        """
+        self._writer = BagWriter(bag, max_bytes)
         self._writer.open()
         self._writer.reserve()
         self._store = store
         self._queue: queue.SimpleQueue[tuple[Topic | str, int, bytes] | None] = queue.SimpleQueue()
         self._connections: dict[str, Connection] = {}
         self._received: Counter[str] = Counter()
+        self._overflow: Counter[str] = Counter()
+        self._max_queue = max_queue
+        self._put = self._taken = 0  # bytes; each is written by one thread alone
         self._error: str | None = None
         self._thread = threading.Thread(target=self._run, name="bag writer")
         self._thread.start()
@@ -68,20 +86,32 @@ class BagThread:
         self._queue.put((topic, 0, b""))
 
     def put(self, topic: str, time_ns: int, data: bytes) -> None:
-        """One serialised message, at the time of its arrival."""
+        """One serialised message, at the time of its arrival; from one thread. Drops and counts it where none fits."""
+        if self._put - self._taken + len(data) > self._max_queue:
+            self._overflow[topic] += 1
+            return
+        self._put += len(data)
         self._queue.put((topic, time_ns, data))
+
+    @property
+    def overflow(self) -> int:
+        """Messages dropped so far."""
+        return sum(self._overflow.values())
 
     def finish(self) -> Summary:
         """Closes the bag; safe to call once."""
         self._queue.put(None)
         self._thread.join()
+        unwritten = sum(self._received.values()) - self._writer.total
+        for name, count in (("unwritten", unwritten), ("overflow", self.overflow)):
+            if count:
+                self._writer.set_custom_data(f"gsense.{name}", str(count))
         try:
             self._writer.close()
         except OSError as error:
             self._error = self._error or _line(self._writer.path, error)
         counts = {name: self._writer.counts[c.id] for name, c in self._connections.items()}
-        unwritten = sum(self._received.values()) - sum(counts.values())
-        return Summary(self._writer.path, counts, unwritten, self._error)
+        return Summary(self._writer.path, counts, unwritten, dict(self._overflow), self._error)
 
     def _run(self) -> None:
         flushed = time.monotonic()
@@ -93,6 +123,7 @@ class BagThread:
             if item is None:
                 return
             self._take(*item)
+            self._taken += len(item[2])
             if time.monotonic() - flushed >= FLUSH_PERIOD:
                 flushed = time.monotonic()
                 self._guarded(self._writer.flush)
