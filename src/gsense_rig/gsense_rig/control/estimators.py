@@ -78,18 +78,23 @@ class DriveObserver:
         """Move the zero: positions become smaller by offset [m]."""
         self.position -= offset
 
+    def predict(self, voltage: float | None) -> None:
+        """Go on by one period without an encoder, under a voltage [V] (None: bridge open)."""
+        h = self.period
+        # Midpoint rule: friction turns round within a period, and the mechanical time constant is 19 ms.
+        a = self._model.acceleration(self.velocity, voltage) + self._disturbance
+        middle = self.velocity + 0.5 * h * a
+        self.acceleration = self._model.acceleration(middle, voltage) + self._disturbance
+        self.position += h * middle
+        self.velocity += h * self.acceleration
+
     def update(self, position: float, voltage: float | None) -> None:
         """Take one encoder position [m] and the voltage of the period before it (None: bridge open)."""
-        h, v = self.period, self.velocity
-        # Midpoint rule: friction turns round within a period, and the mechanical time constant is 19 ms.
-        a = self._model.acceleration(v, voltage) + self._disturbance
-        middle = v + 0.5 * h * a
-        a = self._model.acceleration(middle, voltage) + self._disturbance
-        predicted = self.position + h * middle
-        innovation = position - predicted
+        self.predict(voltage)
+        innovation = position - self.position
         k0, k1, k2 = self._gain
-        self.position = predicted + k0 * innovation
-        self.velocity = v + h * a + k1 * innovation
+        self.position += k0 * innovation
+        self.velocity += k1 * innovation
         self._disturbance += k2 * innovation
         self.acceleration = self._model.acceleration(self.velocity, voltage) + self._disturbance
 

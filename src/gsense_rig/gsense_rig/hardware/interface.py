@@ -34,6 +34,39 @@ class MotorOutput(NamedTuple):
 MOTOR_OFF = MotorOutput(duty=0.0, disabled=True, light=0)
 
 
+class GuardedRail(Protocol):
+    """The rail as the guard process has it: a handle of its own, beside the loop's."""
+
+    counts_per_metre: float
+
+    def now(self) -> float:
+        """Time of the rail's clock [s]: that of the loop's heartbeat."""
+
+    def read_counts(self) -> int:
+        """Encoder alone: disturbs nobody.
+
+        Raises:
+            HardwareError: the hardware does not answer.
+        """
+
+    def read(self) -> HardwareReading:
+        """Read all inputs; only when the loop does so no more.
+
+        Raises:
+            HardwareError: the hardware does not answer.
+        """
+
+    def write(self, output: MotorOutput) -> None:
+        """Write all outputs, from whatever state they are in.
+
+        Raises:
+            HardwareError: the hardware does not answer.
+        """
+
+    def close(self) -> None:
+        """Let go of the hardware; changes no output."""
+
+
 class RailHardware(Protocol):
     """The rail. An implementation changes DIR only while PWM is 0, and starts with the bridge disabled."""
 

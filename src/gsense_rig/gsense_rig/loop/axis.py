@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from gsense_rig.control.estimators import TUNED_NOISE, DriveObserver
 from gsense_rig.control.model import DriveModel
-from gsense_rig.hardware.interface import MOTOR_OFF, HardwareReading, MotorOutput
+from gsense_rig.hardware.interface import MOTOR_OFF, HardwareError, HardwareReading, MotorOutput
 
 if TYPE_CHECKING:
     from gsense_rig.hardware.interface import RailHardware
@@ -38,13 +38,26 @@ class Axis:
         """Voltage on the motor since the last write [V]; None: bridge open."""
         return None if self.output.disabled else self.model.duty_voltage(self.output.duty)
 
+    @property
+    def emf_speed(self) -> float | None:
+        """Speed by the motor's back EMF, of voltage and current [m/s]; None: bridge open, or no reading yet."""
+        voltage = self.voltage
+        if voltage is None or self.reading is None:
+            return None
+        drive = self.model.drive
+        return (voltage - drive.resistance * self.reading.current) / drive.force_constant
+
     def read(self) -> HardwareReading:
         """Read the inputs and update position and observer.
 
         Raises:
-            HardwareError: the hardware does not answer; nothing is changed then.
+            HardwareError: the hardware does not answer; the observer then goes on by the model alone.
         """
-        reading = self._hardware.read()
+        try:
+            reading = self._hardware.read()
+        except HardwareError:
+            self.observer.predict(self.voltage)
+            raise
         first, self.reading = self.reading is None, reading
         self.position = (reading.counts - self._zero_counts) / self._hardware.counts_per_metre
         if first:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from gsense_rig.control.controllers import Measured, make_controller
 from gsense_rig.safety.brake import Brake
+from gsense_rig.safety.modes import Fault
 
 if TYPE_CHECKING:
     from gsense_rig.control.references import Setpoint
@@ -21,6 +22,7 @@ class Bridge(NamedTuple):
 
 
 OFF = Bridge(0.0, True)
+BLIND = (Fault.ENCODER, Fault.HARDWARE)  # faults after which the encoder cannot tell that the carriage stands
 
 
 class Drive:
@@ -54,12 +56,23 @@ class Drive:
         measured = Measured(axis.position, axis.observer.position, axis.observer.velocity)
         return Bridge(axis.model.duty(self._controller.voltage(setpoint, measured, self._period)), False)
 
-    def braking(self, now: float, blind: bool) -> Bridge:
-        """Brake until standstill at a time [s], then off; blind: the velocity cannot be trusted."""
+    def braking(self, now: float, fault: Fault) -> Bridge:
+        """Brake until standstill at a time [s], then off; which speeds are trusted depends on the fault."""
         self.setpoint = None
-        if self.brake.update(now, self._axis.observer.velocity, blind=blind):
-            return Bridge(0.0, False)
-        return OFF
+        axis, drive = self._axis, self._axis.model.drive
+        if not self.brake.update(now, axis.observer.velocity, blind=fault in BLIND):
+            return OFF
+        voltage = self.brake.voltage(now, self._speeds(fault), drive.force_constant, drive.resistance)
+        return Bridge(axis.model.duty(voltage), False)
+
+    def _speeds(self, fault: Fault) -> tuple[float, ...]:
+        """Speed by the encoder and by the motor's back EMF [m/s], as far as the fault leaves them trustworthy."""
+        encoder, emf = self._axis.observer.velocity, self._axis.emf_speed
+        if fault is Fault.ENCODER:
+            return () if emf is None else (emf,)
+        if fault in (Fault.OVERCURRENT, Fault.HARDWARE) or emf is None:
+            return (encoder,)
+        return (encoder, emf)
 
     def off(self) -> Bridge:
         """Motor off."""

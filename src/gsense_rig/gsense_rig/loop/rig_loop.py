@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 
 NOT_RUN = "the loop has not run yet"
-BLIND = (Fault.ENCODER, Fault.HARDWARE)  # faults after which the velocity is not known
 
 
 class RigLoop:
@@ -43,7 +42,7 @@ class RigLoop:
         self._axis = Axis(hardware, parameters)
         self._drive = Drive(self._axis, parameters)
         self._work = Work()
-        self._monitor = FaultMonitor(parameters.safety, parameters.model, parameters.motion.soft_limit)
+        self._monitor = FaultMonitor(parameters.safety, parameters.motion.soft_limit)
         self._now: float | None = None
         self._last_sign = 0.0
 
@@ -84,7 +83,7 @@ class RigLoop:
         if self.machine.mode not in (Mode.UNHOMED, Mode.IDLE):
             return Reply(command.id, False, busy_text(self.machine.mode, self.machine.fault_text))
         homing = Homing(self.parameters.homing)
-        homing.begin(now, self._axis.position, reading.switches[0], reading.switches[2])
+        homing.begin(now, self._axis.position, reading.switches)
         self._work.begin_homing(homing, command.id, now)
         self._begin(Mode.HOMING, now)
         return Reply(command.id, True, "homing")
@@ -154,10 +153,9 @@ class RigLoop:
 
     def _observe(self, now: float, period: float, reading: HardwareReading) -> Observation:
         drive, machine = self._drive, self.machine
-        reference = None if drive.setpoint is None else drive.setpoint.position
         return Observation(
-            now, period, machine.mode, machine.homed, reading, self._axis.position, reference, self._axis.voltage,
-            drive.brake.active, now - self._last_sign,
+            now, period, machine.mode, machine.homed, reading, self._axis.position, drive.setpoint, self._axis.voltage,
+            self._axis.emf_speed, now - self._last_sign,
         )  # fmt: skip
 
     def _act(self, now: float, reading: HardwareReading) -> Bridge:
@@ -184,7 +182,7 @@ class RigLoop:
 
     def _act_homing(self, homing: Homing, now: float, reading: HardwareReading) -> Bridge:
         before = homing.reference
-        homing.update(now, self._axis.position, reading.switches[0], reading.switches[2])
+        homing.update(now, self._axis.position, reading.switches)
         if homing.failure is not None:
             self._trip(Finding(homing.failure.fault, homing.failure.text))
             return self._act_braking(now)
@@ -193,7 +191,7 @@ class RigLoop:
         if homing.reference is None:
             self._drive.setpoint = None
             self._drive.brake.begin(now)
-            return Bridge(0.0, False)
+            return Bridge(0.0, False)  # homing is slow enough for a full short circuit
         if homing.reference is not before:
             self._drive.prepare()
         return self._drive.follow(homing.reference.at(now - homing.started))
@@ -210,7 +208,7 @@ class RigLoop:
         """Brake until standstill, then off; off at once where there is no bridge to brake with."""
         if self.machine.fault is Fault.BRIDGE:
             self._drive.brake.release()
-        bridge = self._drive.braking(now, blind=self.machine.fault in BLIND)
+        bridge = self._drive.braking(now, self.machine.fault)
         if bridge.disabled and self.machine.mode is Mode.STOPPING:
             self.machine.rest()
             self._work.end_stop("stopped")

@@ -19,15 +19,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from gsense_rig.plant.state import ACCELERATION, CURRENT, POSITION, PULLEY, PULLEY_SPEED, SPEED, SWITCH, TIME
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from gsense_rig.plant.parameters import PlantParameters
-
-# state vector
-TIME, POSITION, SPEED, CURRENT, ACCELERATION, PULLEY, PULLEY_SPEED = range(7)
-SWITCH = 7  # four outputs, then four raw levels, then four times of the raw level's last change
-STATE_SIZE = SWITCH + 12
 
 # parameter vector
 (

@@ -131,4 +131,5 @@ class PlantParameters:
     drive: DriveParameters = field(default_factory=DriveParameters)
     switches: SwitchParameters = field(default_factory=SwitchParameters)
     track: TrackParameters = field(default_factory=TrackParameters)
+    emergency_resistor: float | None = 1.8  # ohm across the motor when the emergency stop opens; None: left open
     step: float = 20.0e-6  # s, longest integration step; the electrical time constant is 0.28 ms

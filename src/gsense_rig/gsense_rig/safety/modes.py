@@ -43,6 +43,7 @@ class Fault(IntEnum):
     COMMAND_LOST = 12
     BRIDGE = 13
     RUNAWAY = 14
+    GUARD = 15
 
 
 LIGHTS = {
@@ -56,5 +57,13 @@ LIGHTS = {
 
 # After these the position is still known: reset leads back to idle without homing.
 KEEPS_POSITION = frozenset(
-    {Fault.OVERCURRENT, Fault.DEADLINE, Fault.EMERGENCY_STOP, Fault.COMMAND_LOST, Fault.BRIDGE, Fault.TRACKING}
+    {
+        Fault.OVERCURRENT,
+        Fault.DEADLINE,
+        Fault.EMERGENCY_STOP,
+        Fault.COMMAND_LOST,
+        Fault.BRIDGE,
+        Fault.TRACKING,
+        Fault.GUARD,
+    }
 )

@@ -9,27 +9,29 @@ from gsense_rig.safety.machine import Finding
 from gsense_rig.safety.modes import Fault, Mode
 
 if TYPE_CHECKING:
+    from gsense_rig.control.references import Setpoint
     from gsense_rig.hardware.interface import HardwareReading
-    from gsense_rig.plant.parameters import DriveParameters
 
 
 @dataclass(frozen=True)
 class SafetyLimits:
     """Thresholds. Times are times of the loop's clock."""
 
-    overcurrent: float = 6.0  # A; the controller asks for 5 at most
-    overcurrent_time: float = 3.0e-3  # s
+    overcurrent: float = 6.0  # A; controller and brake ask for 5 at most
+    overcurrent_time: float = 2.5e-3  # s: two periods
     soft_limit_margin: float = 5.0e-3  # m beyond the soft limit before it is a fault
     tracking_error: float = 0.04  # m; the PI is 20 mm off in the thesis's fastest run
     tracking_time: float = 5.0e-3  # s
     runaway_speed: float = 1.7  # m/s; the fastest accepted motion has 1.35
+    runaway_excess: float = 0.45  # m/s faster than the reference; the PI is 0.17 off in the thesis's fastest run
     encoder_speed: float = 3.0  # m/s: no real motion, the drive ends at 2.05
-    emf_mismatch: float = 0.35  # m/s between back EMF and encoder, plus a quarter of the speed
+    emf_mismatch: float = 0.2  # m/s between back EMF and encoder, plus a quarter of the faster one
     emf_periods: int = 2
     stall_voltage: float = 1.5  # V; breaking loose takes 0.6
     stall_distance: float = 0.4e-3  # m
     stall_time: float = 0.08  # s
-    deadline: float = 0.02  # s between two ticks
+    stall_certain: float = 0.015  # s; a tracking error after so long a stand is called a stall
+    deadline: float = 0.015  # s between two ticks
     command_timeout: float | None = None  # s without a sign of life of the command source; None: not watched
 
 
@@ -42,19 +44,17 @@ class Observation(NamedTuple):
     homed: bool  # the position's zero is the rail's middle
     reading: HardwareReading
     position: float  # m, encoder
-    reference: float | None  # m; None: no control
+    setpoint: Setpoint | None  # None: no control
     voltage: float | None  # V applied since the last tick; None: bridge open
-    braking: bool  # the short-circuit brake is on
+    emf_speed: float | None  # m/s by the motor's back EMF; None: bridge open
     command_age: float  # s since the last sign of life
 
 
 class FaultMonitor:
     """Keeps the short memories that the detections need."""
 
-    def __init__(self, limits: SafetyLimits, drive: DriveParameters, soft_limit: float) -> None:
+    def __init__(self, limits: SafetyLimits, soft_limit: float) -> None:
         self.limits = limits
-        self._c = drive.force_constant
-        self._r = drive.resistance
         self._soft_limit = soft_limit + limits.soft_limit_margin
         self._last_position: float | None = None
         self.clear()
@@ -110,7 +110,7 @@ class FaultMonitor:
 
     def _electrical(self, seen: Observation) -> Finding | None:
         current = abs(seen.reading.current)
-        if current <= self.limits.overcurrent or seen.braking:
+        if current <= self.limits.overcurrent:
             self._overcurrent = 0.0
             return None
         self._overcurrent += seen.period
@@ -124,12 +124,11 @@ class FaultMonitor:
         return Finding(Fault.ENCODER, f"the encoder jumped by {speed * seen.period * 1e3:.1f} mm in one period")
 
     def _encoder(self, seen: Observation, speed: float) -> Finding | None:
-        limits = self.limits
-        if seen.voltage is None:
+        limits, emf_speed = self.limits, seen.emf_speed
+        if emf_speed is None:
             self._emf = 0
             return None
-        emf_speed = (seen.voltage - self._r * seen.reading.current) / self._c
-        if abs(emf_speed - speed) <= limits.emf_mismatch + 0.25 * abs(emf_speed):
+        if abs(emf_speed - speed) <= limits.emf_mismatch + 0.25 * max(abs(emf_speed), abs(speed)):
             self._emf = 0
             return None
         self._emf += 1
@@ -138,21 +137,31 @@ class FaultMonitor:
         return Finding(Fault.ENCODER, f"encoder says {speed:+.2f} m/s, the motor's back EMF {emf_speed:+.2f} m/s")
 
     def _motion(self, seen: Observation, speed: float) -> Finding | None:
-        limits = self.limits
-        if abs(speed) > limits.runaway_speed:
+        if self._runs_away(seen, speed):
             return Finding(Fault.RUNAWAY, f"carriage at {speed:+.2f} m/s")
         if seen.homed and abs(seen.position) > self._soft_limit:
             return Finding(Fault.SOFT_LIMIT, f"carriage at {seen.position:+.4f} m, outside the soft limits")
-        return self._tracking_error(seen) or self._stalled(seen)
+        return self._stalled(seen) or self._tracking_error(seen)
+
+    def _runs_away(self, seen: Observation, speed: float) -> bool:
+        """Faster than any motion, or than the reference in the sense in which the carriage moves."""
+        limits = self.limits
+        if seen.setpoint is None or abs(speed) > limits.runaway_speed:
+            return abs(speed) > limits.runaway_speed
+        excess = speed - seen.setpoint.velocity
+        return min(abs(speed), abs(excess)) > limits.runaway_excess and excess * speed > 0.0
 
     def _tracking_error(self, seen: Observation) -> Finding | None:
-        if seen.reference is None or abs(seen.reference - seen.position) <= self.limits.tracking_error:
+        error = 0.0 if seen.setpoint is None else seen.setpoint.position - seen.position
+        if abs(error) <= self.limits.tracking_error:
             self._tracking = 0.0
             return None
         self._tracking += seen.period
         if self._tracking < self.limits.tracking_time:
             return None
-        return Finding(Fault.TRACKING, f"carriage {(seen.reference - seen.position) * 1e3:+.0f} mm off its reference")
+        if self._stall >= self.limits.stall_certain:
+            return self._stall_finding(seen)
+        return Finding(Fault.TRACKING, f"carriage {error * 1e3:+.0f} mm off its reference")
 
     def _stalled(self, seen: Observation) -> Finding | None:
         pushed = seen.voltage is not None and abs(seen.voltage) > self.limits.stall_voltage
@@ -162,4 +171,8 @@ class FaultMonitor:
         self._stall += seen.period
         if self._stall < self.limits.stall_time:
             return None
-        return Finding(Fault.STALL, f"{seen.voltage:+.1f} V on the motor, but the carriage stands")
+        return self._stall_finding(seen)
+
+    @staticmethod
+    def _stall_finding(seen: Observation) -> Finding:
+        return Finding(Fault.STALL, f"{seen.voltage or 0.0:+.1f} V on the motor, but the carriage stands")
