@@ -12,7 +12,8 @@ from gsense_rig.loop.messages import Home
 from gsense_rig.loop.spec import ProcessSpec
 
 if __name__ == "__main__":
-    spec = ProcessSpec(position=0.22, feed_factory=partial(RecordingFeed, Path(sys.argv[1])))
+    memory = Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    spec = ProcessSpec(position=-0.22, feed_factory=partial(RecordingFeed, Path(sys.argv[1])), memory=memory)
     moving = []
     loop = LoopProcess(spec, lambda t: moving.append(t) if abs(t.velocity) > 0.2 else None)
     loop.wait_ready()

@@ -71,6 +71,11 @@ class GuardLink:
         """Process id of the guard; 0: none."""
         return 0 if self._process is None else self._process.pid
 
+    @property
+    def gone(self) -> bool:
+        """Whether there is no guard process."""
+        return self._process is None or self._process.poll() is not None
+
     def start(self) -> None:
         """Start the guard process, or another one where it is gone; `wait_ready` ends when it looks."""
         self.end()
@@ -103,7 +108,7 @@ class GuardLink:
         """
         end = time.monotonic() + _READY_TIMEOUT
         while not self.ready:
-            if self._process is None or self._process.poll() is not None or time.monotonic() > end:
+            if self.gone or time.monotonic() > end:
                 raise HardwareError("the guard process did not start; the motor stays off")
             time.sleep(0.002)
 
@@ -113,7 +118,7 @@ class GuardLink:
 
     def check(self) -> str | None:
         """Return what is wrong with the guard, or what it did; None where all is well."""
-        if self._process is None or self._process.poll() is not None:
+        if self.gone:
             return "the guard process is gone"
         if self._page.stops != self._page.acknowledged:
             self._page.acknowledged = self._page.stops

@@ -1,7 +1,8 @@
 """The loop in a process of its own: nothing that ROS or Python does elsewhere can delay it.
 
 The parent holds one end of each of two pipes: commands in, telemetry out. The loop's time is CLOCK_MONOTONIC. When the
-command pipe closes (the parent died), the motor is stopped and the process ends.
+command pipe closes (the parent died), the motor is stopped and the process ends. A guard process, its child, stops the
+motor when this one dies.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ import time
 from typing import TYPE_CHECKING
 
 from gsense_rig.hardware.interface import HardwareError
-from gsense_rig.loop.messages import Stop
+from gsense_rig.loop.messages import Reply, Reset, Stop
 from gsense_rig.loop.pacing import LatenessMeter, Pacer
+from gsense_rig.loop.rail_source import make_source
 from gsense_rig.loop.simulated import make_simulated_loop
 from gsense_rig.loop.spec import ProcessSpec, Shutdown, SignOfLife, StartFailure
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
@@ -23,8 +25,7 @@ from gsense_rig.safety.modes import Fault
 if TYPE_CHECKING:
     from types import FrameType
 
-    from gsense_rig.hardware.sim import SimRail
-    from gsense_rig.loop.rig_loop import RigLoop
+    from gsense_rig.loop.messages import Command
 
 _LAST_STOP = 3.0  # s that a stop may take before the process ends anyway, motor disabled
 _HEALTH_INTERVAL = 1.0  # s
@@ -37,12 +38,15 @@ class LoopService:
         self._spec = spec
         self._commands = commands
         self._out = telemetry
-        self._feed = spec.feed_factory() if spec.feed_factory is not None else None
         self._ending: float | None = None
         self._orphan = False
+        self._source = make_source(spec)
+        self._guard = self._source.guard
+        self._guard.start()
         self._warm_up()
+        self._guard.wait_ready()
         self._start = time.monotonic()
-        self._loop, self._hardware = make_simulated_loop(spec.parameters, spec.seed, spec.position, self._start)
+        self._loop, self._hardware = self._source.open(self._start)
         self._meter = LatenessMeter(spec.parameters.period)
 
     def request_end(self) -> None:
@@ -51,8 +55,8 @@ class LoopService:
 
     def run(self) -> None:
         """Tick until the end; leaves the motor disabled."""
-        loop, hardware = self._loop, self._hardware
-        pacer = Pacer(self._start, self._spec.parameters.rate, catch_up=True)
+        loop = self._loop
+        pacer = Pacer(self._start, self._spec.parameters.rate, self._source.catch_up)
         next_health = self._start + _HEALTH_INTERVAL
         tick, stopping = 0, False
         loop.tick(self._start)
@@ -63,7 +67,7 @@ class LoopService:
                 due = pacer.next_due(time.monotonic())
                 late = self._sleep_until(due)
                 self._take_commands()
-                self._tick(loop, hardware, due, tick)
+                self._tick(due, tick)
                 tick += 1
                 self._meter.note(late, max(time.monotonic() - due - late, 0.0))
                 if due >= next_health:
@@ -76,9 +80,9 @@ class LoopService:
                     if loop.at_rest or time.monotonic() - self._ending > _LAST_STOP:
                         return
         finally:
-            hardware.close()
-            if self._feed is not None:
-                self._feed.close()
+            self._hardware.close()
+            self._guard.end()
+            self._source.close()
 
     def _warm_up(self) -> None:
         """Compile everything and fill the caches before the first period counts."""
@@ -95,14 +99,16 @@ class LoopService:
             time.sleep(wait)
         return max(time.monotonic() - due, 0.0)
 
-    def _tick(self, loop: RigLoop, hardware: SimRail, due: float, tick: int) -> None:
-        history = hardware.advance(due)
-        if self._feed is not None:
-            self._feed.advance(history)
-        telemetry = loop.tick(due)
+    def _tick(self, due: float, tick: int) -> None:
+        self._source.advance(due)
+        trouble = self._guard.check()
+        if trouble is not None:
+            self._loop.abort(Fault.GUARD, trouble)
+        telemetry = self._loop.tick(due)
+        self._guard.beat(due)
         if tick % self._spec.telemetry_every == 0:
             self._send(telemetry)
-        for result in loop.take_results():
+        for result in self._loop.take_results():
             self._send(result)
 
     def _take_commands(self) -> None:
@@ -120,7 +126,15 @@ class LoopService:
             if isinstance(item, Shutdown):
                 self.request_end()
             elif not isinstance(item, SignOfLife):
-                self._send(self._loop.submit(item))
+                self._send(self._submit(item))
+
+    def _submit(self, command: Command) -> Reply:
+        """Hand a command to the loop; nothing moves without a guard, and a reset brings a new one."""
+        if isinstance(command, Reset) and self._guard.gone:
+            self._guard.start()
+        elif not isinstance(command, Stop | Reset) and not self._guard.ready:
+            return Reply(command.id, False, "the guard process is starting: try again")
+        return self._loop.submit(command)
 
     def _send(self, item: object) -> None:
         if self._orphan:

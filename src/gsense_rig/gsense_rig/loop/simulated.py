@@ -23,11 +23,16 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from gsense_rig.hardware.sim_memory import RailMemory
     from gsense_rig.loop.messages import Command, Result, Telemetry
 
 
 def make_simulated_loop(
-    parameters: LoopParameters | None = None, seed: int = 0, position: float | None = None, time: float = 0.0
+    parameters: LoopParameters | None = None,
+    seed: int = 0,
+    position: float | None = None,
+    time: float = 0.0,
+    memory: RailMemory | None = None,
 ) -> tuple[RigLoop, SimRail]:
     """Make a loop on a simulated rail, both at a start time [s].
 
@@ -36,9 +41,10 @@ def make_simulated_loop(
         seed: draws start position, encoder phase and sensor noise; the same seed repeats every number.
         position: start position [m] instead of a drawn one.
         time: the clock's start [s].
+        memory: where the rail is kept; private where None.
     """
     parameters = parameters or LoopParameters()
-    hardware = SimRail(parameters.plant, seed, position, time)
+    hardware = SimRail(parameters.plant, seed, position, time, memory)
     return RigLoop(hardware, parameters), hardware
 
 

@@ -5,13 +5,28 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
+from gsense_rig.loop.guard_link import GuardedRailSpec
 from gsense_rig.loop.parameters import LoopParameters
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     import numpy as np
     from numpy.typing import NDArray
+
+    from gsense_rig.hardware.interface import RailHardware
+
+
+class CardSpec(GuardedRailSpec, Protocol):
+    """How loop and guard open the real rail's card; picklable."""
+
+    def open(self) -> RailHardware:
+        """Open it for the loop, motor disabled.
+
+        Raises:
+            HardwareError: the card is missing or failed; the message is one line.
+        """
 
 
 class SensorFeed(Protocol):
@@ -32,6 +47,8 @@ class ProcessSpec:
     seed: int = 0
     position: float | None = None  # m, start position of the simulated carriage; None: drawn
     telemetry_every: int = 3  # ticks
+    card: CardSpec | None = None  # the real rail's card; None: the simulated rail
+    memory: Path | None = None  # file for the simulated rail's memory, to be looked at afterwards; None: anonymous
     feed_factory: Callable[[], SensorFeed] | None = None  # a module's function, or a functools.partial of one
 
 
