@@ -24,6 +24,7 @@ setup(
             "rig = gsense_rig.rig_node:main",
             "record = gsense_rig.record:main",
             "simulate = gsense_rig.simulate:main",
+            "campaign = gsense_rig.campaign.command:main",
             "demo = gsense_rig.demo:main",
         ],
     },

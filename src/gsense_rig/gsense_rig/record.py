@@ -19,12 +19,13 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
 
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.repair import RepairError, repair
+from gsense_rig.recording.spinning import make_executor
 from gsense_rig.recording.typestore import DefinitionError, typestore
 from gsense_rig.recording.writer_thread import Summary
 
@@ -56,7 +57,7 @@ def main() -> int:
 
 
 def _spin(node: RecorderNode, stop: threading.Event) -> None:
-    executor = _executor()
+    executor = make_executor()
     executor.add_node(node)
     try:
         while not stop.is_set() and node.error is None:
@@ -66,15 +67,6 @@ def _spin(node: RecorderNode, stop: threading.Event) -> None:
         pass
     finally:
         executor.remove_node(node)
-
-
-def _executor() -> Any:
-    """The events executor costs a fraction of the others; not every Jazzy has it."""
-    try:
-        from rclpy.experimental import EventsExecutor  # noqa: PLC0415
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
 
 
 def _drain(executor: Any) -> None:

@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
 from gsense_msgs.action import Sinusoid
 from gsense_msgs.msg import RigState, Topics
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -83,6 +84,7 @@ class RigNode(Node):
             cancel_callback=lambda _goal: CancelResponse.ACCEPT,
             callback_group=group,
         )
+        self.add_on_set_parameters_callback(self._on_parameters)
         if self.settings.autohome:
             self.loop.request(Home(self.loop.next_id()))
 
@@ -140,6 +142,18 @@ class RigNode(Node):
             return Result(command.id, False, f"no result within {timeout:g} s")
         except LoopGone as error:
             return Result(command.id, False, str(error))
+
+    def _on_parameters(self, parameters: list[Any]) -> Any:
+        """Turn the simulated board: the only parameter that may change."""
+        mode = Mode(self._telemetry.mode) if self._telemetry is not None else Mode.UNHOMED
+        for parameter in parameters:
+            if parameter.name != "mounting":
+                continue
+            reason = rig_settings.refuse_mounting(self.settings.hardware, mode, str(parameter.value))
+            if reason:
+                return SetParametersResult(successful=False, reason=reason)
+            self.loop.mount(str(parameter.value))
+        return SetParametersResult(successful=True)
 
     # ---- action
 

@@ -14,12 +14,14 @@ from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.live_board import SimulatedBoard
 from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.spec import ProcessSpec
+from gsense_rig.safety.modes import Mode
 from gsense_rig.safety.monitor import SafetyLimits
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
 HARDWARE = ("sim", "mf624")
+MOUNTINGS = ("0", "90", "180", "tilt_x", "tilt_y")  # of sensors.mounting, whose imports are heavy
 POSE_RATE = 200.0  # Hz, of the contract
 
 
@@ -84,9 +86,7 @@ def declare(node: Node) -> RigSettings:
         autohome=declared("autohome", False, _describe("home at the start")),
         seed=seed,
         unit_seed=seed if unit_seed < 0 else unit_seed,
-        mounting=declared(
-            "mounting", "0", _describe("how the simulated board is mounted", "0, 90, 180, tilt_x, tilt_y")
-        ),
+        mounting=declared("mounting", "0", _mounting_descriptor()),
         effects=_effects(node),
         bus=Path(bus) if bus else None,
         command_timeout=declared(
@@ -98,6 +98,24 @@ def declare(node: Node) -> RigSettings:
             ),
         ),
     )
+
+
+def _mounting_descriptor() -> Any:
+    text = "how the simulated board is mounted; setting it turns the board, at rest only"
+    descriptor = _describe(text, ", ".join(MOUNTINGS))
+    descriptor.read_only = False
+    return descriptor
+
+
+def refuse_mounting(hardware: str, mode: Mode, name: str) -> str:
+    """Why the board cannot be turned now; empty where it can."""
+    if hardware != "sim":
+        return "turn the board by hand: only a simulated one is turned by this parameter"
+    if name not in MOUNTINGS:
+        return f"mounting '{name}' is unknown; use one of {', '.join(MOUNTINGS)}"
+    if mode not in (Mode.UNHOMED, Mode.IDLE, Mode.FAULT):
+        return f"the rig is {mode.name.lower()}: turn the board at rest"
+    return ""
 
 
 def _effects(node: Node) -> tuple[str, ...]:

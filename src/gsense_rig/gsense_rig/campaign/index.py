@@ -30,6 +30,22 @@ class IndexEntry:
     checksum: str | None = None
     """`sha256:...` of the bag's storage file."""
     state: str = PENDING
+    lost: int | None = None
+    """Frames that the link lost during the run; None where it was simulated."""
+    rms_error: float | None = None
+    """Tracking error of a live motion, m."""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain types, as in the file."""
+        live = {"lost": self.lost, "rms_error": self.rms_error} if self.lost is not None else {}
+        return {
+            "bag": self.bag,
+            "role": self.plan.role,
+            "state": self.state,
+            "checksum": self.checksum,
+            **live,
+            "plan": self.plan.to_dict(),
+        }
 
 
 @dataclass(frozen=True)
@@ -45,10 +61,17 @@ class Index:
         """Nothing done yet."""
         return cls(plan.name, unit_id, tuple(IndexEntry(f"run_{i:02d}", run) for i, run in enumerate(plan.runs)))
 
-    def with_done(self, number: int, checksum: str) -> Index:
+    def with_done(self, number: int, checksum: str, lost: int | None = None, rms_error: float | None = None) -> Index:
         """The same with one more run done."""
+        return self._with(number, checksum=checksum, state=DONE, lost=lost, rms_error=rms_error)
+
+    def with_pending(self, number: int) -> Index:
+        """The same with a run to be made again."""
+        return self._with(number, checksum=None, state=PENDING, lost=None, rms_error=None)
+
+    def _with(self, number: int, **changes: Any) -> Index:
         runs = list(self.runs)
-        runs[number] = replace(runs[number], checksum=checksum, state=DONE)
+        runs[number] = replace(runs[number], **changes)
         return replace(self, runs=tuple(runs))
 
     def same_plan(self, other: Index) -> bool:
@@ -57,10 +80,7 @@ class Index:
 
     def to_dict(self) -> dict[str, Any]:
         """Plain types, as in the file."""
-        runs = [
-            {"bag": e.bag, "role": e.plan.role, "state": e.state, "checksum": e.checksum, "plan": e.plan.to_dict()}
-            for e in self.runs
-        ]
+        runs = [entry.to_dict() for entry in self.runs]
         return {"schema": SCHEMA, "plan": self.plan, "unit_id": self.unit_id, "runs": runs}
 
     def write(self, folder: Path) -> None:
@@ -75,7 +95,10 @@ def read_index(folder: Path) -> Index:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
         if data["schema"] != SCHEMA:
             raise CampaignIndexError(f"{path}: schema {data['schema']!r} is not {SCHEMA}")
-        runs = tuple(IndexEntry(e["bag"], PlanRun(**e["plan"]), e["checksum"], e["state"]) for e in data["runs"])
+        runs = tuple(
+            IndexEntry(e["bag"], PlanRun(**e["plan"]), e["checksum"], e["state"], e.get("lost"), e.get("rms_error"))
+            for e in data["runs"]
+        )
         return Index(data["plan"], data["unit_id"], runs)
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
         raise CampaignIndexError(f"{path}: is not an index of a campaign ({type(error).__name__}: {error})") from error

@@ -109,7 +109,8 @@ def _open_folder(plan: Plan, folder: Path, spec: SessionSpec) -> Index:
     truth = _truth(spec)
     if folder.exists() and not folder.is_dir():
         raise SimulateError(f"{folder}: is a file; give a folder")
-    if not folder.exists() or not any(folder.iterdir()):
+    begun = {TRUTH, f"{TRUTH}.tmp", f"{INDEX}.tmp"}  # what is left where it was killed before its first run
+    if not folder.exists() or all(entry.name in begun for entry in folder.iterdir()):
         folder.mkdir(parents=True, exist_ok=True)
         write_yaml(folder / TRUTH, truth)
         index.write(folder)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.loop.messages import Reply, Result, Telemetry
 from gsense_rig.loop.pacing import LoopHealth
-from gsense_rig.loop.spec import ProcessSpec, Shutdown, SignOfLife, StartFailure
+from gsense_rig.loop.spec import Mount, ProcessSpec, Shutdown, SignOfLife, StartFailure
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
 
 if TYPE_CHECKING:
@@ -93,6 +93,17 @@ class LoopProcess:
         except PipeClosed:
             self._fail_all()
         return reply, result
+
+    def mount(self, name: str) -> None:
+        """Turn the simulated board; names as in a plan, at rest only.
+
+        Raises:
+            LoopGone: the loop process has ended.
+        """
+        try:
+            self._send(Mount(name))
+        except PipeClosed:
+            raise LoopGone("the loop process is gone") from None
 
     def close(self, timeout: float = 5.0) -> int:
         """Stop the motor softly and end the process; return its exit code."""

@@ -18,7 +18,7 @@ from gsense_rig.loop.messages import Reply, Reset, Stop
 from gsense_rig.loop.pacing import LatenessMeter, Pacer
 from gsense_rig.loop.rail_source import make_source
 from gsense_rig.loop.simulated import make_simulated_loop
-from gsense_rig.loop.spec import ProcessSpec, Shutdown, SignOfLife, StartFailure
+from gsense_rig.loop.spec import Mount, ProcessSpec, Shutdown, SignOfLife, StartFailure
 from gsense_rig.loop.wire import FrameReader, FrameWriter, PipeClosed
 from gsense_rig.safety.modes import Fault
 
@@ -125,6 +125,9 @@ class LoopService:
         for item in items:
             if isinstance(item, Shutdown):
                 self.request_end()
+            elif isinstance(item, Mount):
+                if self._feed is not None:
+                    self._feed.mount(item.name)
             elif not isinstance(item, SignOfLife):
                 self._send(self._submit(item))
 

@@ -35,6 +35,9 @@ class SensorFeed(Protocol):
     def advance(self, history: NDArray[np.float64]) -> None:
         """Take an array with shape (n, 5): time [s], position, velocity, acceleration, motor current; 1 ms rows."""
 
+    def mount(self, name: str) -> None:
+        """Turn the board on the carriage; names as in a plan."""
+
     def close(self) -> None:
         """End."""
 
@@ -54,6 +57,12 @@ class ProcessSpec:
 
 class SignOfLife(NamedTuple):
     """The command source is alive."""
+
+
+class Mount(NamedTuple):
+    """Turn the simulated board on the carriage."""
+
+    name: str
 
 
 class Shutdown(NamedTuple):

@@ -27,8 +27,10 @@ class RecorderNode(Node):
     storage file after which the next one is begun (0: never); `max_queue`, bytes that may wait for the disk.
     """
 
-    def __init__(self, store: Typestore) -> None:
-        super().__init__("record")
+    def __init__(self, store: Typestore, **options: Any) -> None:
+        """`options` are rclpy's of a node."""
+        super().__init__("record", **options)
+        self.heard: Counter[str] = Counter()
         self.declare_parameter("out", "")
         self.declare_parameter("topics", [""])
         self.declare_parameter("max_bag_size", 0)
@@ -121,3 +123,4 @@ class RecorderNode(Node):
     def _receive(self, name: str, data: bytes) -> None:
         assert self._bag is not None  # noqa: S101 - subscriptions exist after begin()
         self._bag.put(name, time.time_ns(), bytes(data))
+        self.heard[name] += 1
