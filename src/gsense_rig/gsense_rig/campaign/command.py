@@ -42,7 +42,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         plan = load_plan(options.plan)
         with ExitStack() as stack:
             rig = _crew(options, stack)
-            bar = stack.enter_context(_Bar(len(plan.runs)))
+            bar = _Bar(len(plan.runs))
+            stack.callback(bar.close)
             rig.operator = rig.operator or Person(bar.ask)
             begun = True
             result = LiveCampaign(
@@ -68,7 +69,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="campaign", description=__doc__)
     parser.add_argument("plan", metavar="PLAN", help=f"a YAML file, or a shipped plan: {', '.join(shipped_plans())}")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where bags and index.yaml go")
-    parser.add_argument("--yes", action="store_true", help="simulated rig: nobody is asked, the simulation turns the board")
+    parser.add_argument(
+        "--yes", action="store_true", help="simulated rig: nobody is asked, the simulation turns the board"
+    )
     parser.add_argument("--order", choices=("random", "plan"), default="random", help="of the runs (default random)")
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="draws the order (default 1)")
     parser.add_argument(
@@ -112,17 +115,20 @@ class _Bar:
 
     def __init__(self, total: int) -> None:
         self._console = Console(stderr=True)
-        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}"))
+        columns = (
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[left]}"),
+        )
         self._progress = Progress(*columns, console=self._console, transient=True)
         self._task = self._progress.add_task("", total=total, left="")
-        self._told = ("", -1)
-
-    def __enter__(self) -> _Bar:
+        self._told = ""
         if self._console.is_terminal:
             self._progress.start()
-        return self
 
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
+        """Takes the bar away."""
         self._progress.stop()
 
     def show(self, step: Step) -> None:
@@ -133,8 +139,8 @@ class _Bar:
         text = f"run {step.number} of {step.total}: {motion}, mounting {run.mounting}"
         if self._console.is_terminal:
             self._progress.update(self._task, completed=step.number, description=f"{text}, {step.what}", left=left)
-        elif self._told != (text, step.number) or step.what.startswith("again"):
-            self._told = (text, step.number)
+        elif self._told != text or step.what.startswith("again"):
+            self._told = text
             self._console.print(f"{text}, {step.what}; {left}", highlight=False, soft_wrap=True)
 
     def ask(self, question: str) -> None:

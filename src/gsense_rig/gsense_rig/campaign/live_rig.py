@@ -13,6 +13,7 @@ from gsense_msgs.action import Move, Sinusoid
 from gsense_msgs.msg import LinkStatus, RigState, Topics
 from rclpy.action import ActionClient
 from rclpy.context import Context
+from rclpy.logging import LoggingSeverity
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
@@ -178,6 +179,7 @@ class LiveRig:
         """A recorder that hears all that a run needs."""
         overrides = [Parameter("out", value=str(bag))]
         recorder = RecorderNode(self._store, context=self._context, parameter_overrides=overrides)
+        recorder.get_logger().set_level(LoggingSeverity.WARN)  # the progress display says what goes on
         recorder.begin()
         self._spinner.add(recorder)
         names = {self.node.resolve_topic_name(name): name for name in NEEDED}

@@ -41,7 +41,9 @@ class Person:
         try:
             self._ask(f"{question} Enter to go on, Ctrl-C to stop: ")
         except EOFError:
-            raise CampaignError("nobody is at the terminal to turn the board; with a simulated rig, use --yes") from None
+            raise CampaignError(
+                "nobody is at the terminal to turn the board; with a simulated rig, use --yes"
+            ) from None
 
 
 class SimulatedPerson:
@@ -71,7 +73,9 @@ class SimulatedPerson:
         """Nothing to ask."""
 
     def _call(self, client: Any, request: Any) -> Any:
-        self._rig.wait(client.service_is_ready, ANSWER_WITHIN, f"no {client.srv_name}: is the rig node called {_RIG}? none")
+        self._rig.wait(
+            client.service_is_ready, ANSWER_WITHIN, f"no {client.srv_name}: is the rig node called {_RIG}? none"
+        )
         future = client.call_async(request)
         self._rig.wait(future.done, ANSWER_WITHIN, f"no answer of {client.srv_name}")
         return future.result()

@@ -7,7 +7,7 @@ import select
 from pathlib import Path
 
 from gsense_rig.campaign.crew import CampaignError
-from gsense_rig.demonstration.processes import DemoError, Processes, ros_arguments
+from gsense_rig.demonstration.processes import Child, DemoError, Processes, ros_arguments
 
 UNIT = "simulated"
 _BOARD_PATIENCE = 30.0
@@ -30,9 +30,7 @@ class SimulatedGraph:
             board = self._processes.start(
                 "gsense_driver", "board", "--bus", str(bus), "--no-bench", "--link", str(link), pipe=True
             )
-            stream = board.process.stdout
-            if stream is None or not select.select([stream], [], [], _BOARD_PATIENCE)[0] or not stream.readline():
-                raise DemoError(f"the board did not start: {board.last_words()} ({board.log})")
+            _wait_for(board)
             unit = {"port": str(link), "unit_id": f"{UNIT}-{seed}"}
             self._processes.start("gsense_driver", "bridge", *ros_arguments(unit))
         except DemoError as error:
@@ -49,3 +47,10 @@ class SimulatedGraph:
     def close(self) -> None:
         """Ends all."""
         self._processes.close()
+
+
+def _wait_for(board: Child) -> None:
+    """The board's first line says that its pseudo-terminal is there."""
+    stream = board.process.stdout
+    if stream is None or not select.select([stream], [], [], _BOARD_PATIENCE)[0] or not stream.readline():
+        raise DemoError(f"the board did not start: {board.last_words()} ({board.log})")
