@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import inspect
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,8 +12,9 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gsense_fusion.bags import BagError, load_run
+from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
+from gsense_fusion.cli import add_bag_arguments, guarded, roles
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.compensation.model import write_compensation
 from gsense_fusion.identification.earth import Site
@@ -32,29 +32,15 @@ from gsense_fusion.report.words import one_sentence
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; returns the exit code: 0 whatever the verdict, 2 for unusable input (one line on stderr)."""
     arguments = _parser().parse_args(argv)
-    try:
+
+    def work() -> None:
         result = _run(arguments)
         written = write_files(result, arguments.out)
-    except (BagError, IdentificationError) as error:
-        return _fail(str(error))
-    except (ArithmeticError, ValueError, LookupError) as error:
-        if os.environ.get("GSENSE_DEBUG"):
-            raise
-        what = f"{type(error).__name__}: {error}"
-        return _fail(
-            f"{arguments.fit[0]}: the analysis broke down ({what}); GSENSE_DEBUG=1 shows where: please report it"
-        )
-    except OSError as error:
-        return _fail(f"{error.filename or arguments.out}: {error.strerror or error}; nothing half-written is left")
-    print(one_sentence(result))
-    for path in written:
-        print(path)
-    return 0
+        print(one_sentence(result))
+        for path in written:
+            print(path)
 
-
-def _fail(message: str) -> int:
-    print(f"close_loop: {' '.join(message.split())}", file=sys.stderr)
-    return 2
+    return guarded("close_loop", arguments.fit[0], arguments.out, work)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -62,17 +48,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="close_loop",
         description="Find what the declared gyro model lacks; show the error before and after on runs not fitted.",
     )
-    parser.add_argument(
-        "--fit", nargs="+", type=Path, required=True, metavar="BAG", help="bags to fit (one bag, one run)"
-    )
-    parser.add_argument(
-        "--held-out",
-        nargs="+",
-        type=Path,
-        default=[],
-        metavar="BAG",
-        help="bags to judge by; without: each run in turn",
-    )
+    add_bag_arguments(parser)
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(
         "--declared", nargs="+", default=["bias", "g_sensitivity"], metavar="EFFECT", help="effects that the model has"
@@ -87,29 +63,19 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _run(arguments: argparse.Namespace) -> LoopResult:
-    roles = [(path, Role.FIT) for path in arguments.fit] + [(path, Role.HELD_OUT) for path in arguments.held_out]
-    _check_roles(arguments)
+    bags = roles(arguments.fit, arguments.held_out)
     catalogue = CATALOGUE if arguments.effects is None else (*CATALOGUE, *own_effects(arguments.effects))
     settings = Settings(arguments.sensor, tuple(arguments.declared), catalogue, _site(arguments))
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("reading bags", total=1.0)
         runs: list[tuple[Run, Role]] = []
-        for number, (path, role) in enumerate(roles):
-            progress.update(task, description=f"reading {path.name}", completed=0.3 * number / len(roles))
+        for number, (path, role) in enumerate(bags):
+            progress.update(task, description=f"reading {path.name}", completed=0.3 * number / len(bags))
             runs.append((load_run(path, arguments.sensor), role))
         return close_loop(
             runs, settings, lambda text, part: progress.update(task, description=text, completed=0.3 + 0.7 * part)
         )
-
-
-def _check_roles(arguments: argparse.Namespace) -> None:
-    both = {p.resolve() for p in arguments.fit} & {p.resolve() for p in arguments.held_out}
-    if both:
-        raise IdentificationError(f"{min(both)}: named under --fit and --held-out; a run that is fitted cannot judge")
-    twice = [p for p in {*arguments.fit, *arguments.held_out} if [*arguments.fit, *arguments.held_out].count(p) > 1]
-    if twice:
-        raise IdentificationError(f"{min(twice)}: named twice; name each bag once")
 
 
 def _site(arguments: argparse.Namespace) -> Site | None:

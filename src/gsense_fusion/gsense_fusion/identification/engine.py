@@ -28,7 +28,7 @@ from gsense_fusion.identification.selection import Selection
 from gsense_fusion.identification.stillness import expand_still
 from gsense_fusion.identification.types import IdentificationError, Role
 
-__all__ = ["Settings", "close_loop"]
+__all__ = ["Settings", "analyse", "close_loop"]
 
 
 def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: Progress | None = None) -> LoopResult:
@@ -44,10 +44,11 @@ def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: P
 
     """
     say = progress or (lambda _text, _part: None)
-    return assemble(_analyse(runs, settings, say), say)
+    return assemble(analyse(runs, settings, say), say)
 
 
-def _analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress) -> Analysis:
+def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress) -> Analysis:
+    """Everything up to the claims and the folds that judge them; arguments and errors as `close_loop`."""
     _check_declared(settings)
     say("grid, losses and sessions", 0.02)
     clean = clean_runs(runs)

@@ -20,6 +20,9 @@ FORCE_FACTOR = 3.0
 QUIET_QUANTILE = 0.05
 MAX_DRIFT_RAD = 0.01
 """A stretch whose gravity direction moves by more is a slow turn, not rest."""
+MAX_TURN_RAD_S = 2e-4
+TURN_SIGMA = 5.0
+"""Nor is one whose gravity turns evenly by more than this rate (0.011 deg/s), seen at so many standard errors."""
 DISTINCT_RAD = 0.17
 MIN_POSES = 6
 MIN_GYRO_QUIET = 1e-6
@@ -51,7 +54,7 @@ def still_stretches(run: CleanRun) -> list[CleanRun]:
     trim = round(TRIM_S * run.rate_hz)
     out: list[CleanRun] = []
     for start, stop in zip(edges[::2] + trim, edges[1::2] - trim, strict=True):
-        if (stop - start) / run.rate_hz >= MIN_STRETCH_S and _steady(run.specific_force[start:stop]):
+        if (stop - start) / run.rate_hz >= MIN_STRETCH_S and _steady(run.specific_force[start:stop], run.rate_hz):
             out.append(_cut(run, int(start), int(stop), len(out)))
     return out
 
@@ -62,11 +65,20 @@ def _moving_std(series: FloatArray, width: int) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(uniform_filter1d(centred**2, width, axis=0) - mean**2, 0.0)))
 
 
-def _steady(force: FloatArray) -> bool:
-    """Gravity points the same way in the first and the last third."""
+def _steady(force: FloatArray, rate_hz: float) -> bool:
+    """Gravity points the same way in the first and the last third, and does not creep."""
     third = max(1, len(force) // 3)
     a, b = force[:third].mean(axis=0), force[-third:].mean(axis=0)
-    return bool(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b) < MAX_DRIFT_RAD)
+    if np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b) >= MAX_DRIFT_RAD:
+        return False
+    mean = force.mean(axis=0)
+    strength = float(np.linalg.norm(mean))
+    t = (np.arange(len(force)) - (len(force) - 1) / 2) / rate_hz
+    slope = t @ force / float(t @ t)
+    rest = force - mean - np.outer(t, slope)
+    stderr = float(np.sqrt(np.mean(rest**2) / float(t @ t))) / strength
+    turn = float(np.linalg.norm(slope - mean * float(slope @ mean) / strength**2)) / strength
+    return not (turn > MAX_TURN_RAD_S and turn > TURN_SIGMA * stderr)
 
 
 def _cut(run: CleanRun, start: int, stop: int, number: int) -> CleanRun:

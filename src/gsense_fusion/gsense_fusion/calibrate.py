@@ -1,0 +1,88 @@
+"""`calibrate`: from still poses and sweeps to bias, G, k, accelerometer and magnetometer, with their errors."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from gsense_fusion.bags import load_run
+from gsense_fusion.bags.run import Run
+from gsense_fusion.calibration.accelerometer import calibrate_accelerometer, pose_means
+from gsense_fusion.calibration.document import Calibration, calibration_json, words
+from gsense_fusion.calibration.export import FORMATS, export
+from gsense_fusion.calibration.gyro import calibrate_gyro
+from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
+from gsense_fusion.calibration.variants import VARIANTS
+from gsense_fusion.cli import add_bag_arguments, guarded, roles
+from gsense_fusion.compensation import CompensationFile, write_compensation
+from gsense_fusion.compensation.document import write_atomically
+from gsense_fusion.identification.types import GRAVITY, Role
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Command line; returns the exit code: 0, or 2 for unusable input (one line on stderr)."""
+    arguments = _parser().parse_args(argv)
+
+    def work() -> None:
+        calibration = _calibrate(arguments)
+        file = _file(calibration)
+        out: Path = arguments.out
+        out.mkdir(parents=True, exist_ok=True)
+        written = [out / "calibration.json", out / "compensation.yaml"]
+        write_atomically(written[0], calibration_json(calibration))
+        write_compensation(written[1], file)
+        for name in arguments.export:
+            written.append(out / f"{name}.yaml")
+            write_atomically(written[-1], export(file, name))
+        print("\n".join([*words(calibration), *(str(path) for path in written)]))
+
+    return guarded("calibrate", arguments.fit[0], arguments.out, work)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="calibrate",
+        description="Bias, G and k of a gyro from still poses and sweeps; its accelerometer and magnetometer.",
+    )
+    add_bag_arguments(parser)
+    parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
+    parser.add_argument(
+        "--variant", choices=list(VARIANTS), default="matrix", help="form of the g-compensation (default: matrix)"
+    )
+    parser.add_argument(
+        "--gravity", type=float, default=GRAVITY, help=f"of the place, m/s^2 (default: standard, {GRAVITY})"
+    )
+    parser.add_argument("--export", nargs="+", choices=FORMATS, default=[], help="also write the layout of ...")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
+    return parser
+
+
+def _calibrate(arguments: argparse.Namespace) -> Calibration:
+    runs = [(load_run(path, arguments.sensor), role) for path, role in roles(arguments.fit, arguments.held_out)]
+    gyro, analysis = calibrate_gyro(runs, arguments.sensor, arguments.variant)
+    accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit), arguments.gravity)
+    return Calibration(gyro, accelerometer, _magnetometer(runs))
+
+
+def _magnetometer(runs: Sequence[tuple[Run, Role]]) -> MagnetometerCalibration | str | None:
+    fields = [run.mag.field for run, role in runs if role is Role.FIT and run.mag is not None]
+    return calibrate_magnetometer(np.concatenate(fields)) if fields else None
+
+
+def _file(calibration: Calibration) -> CompensationFile:
+    """What the fusion node loads: only what was found."""
+    accelerometer, magnetometer = calibration.accelerometer, calibration.magnetometer
+    return replace(
+        calibration.gyro.file,
+        accelerometer=None if isinstance(accelerometer, str) else accelerometer.correction,
+        magnetometer=magnetometer.correction if isinstance(magnetometer, MagnetometerCalibration) else None,
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

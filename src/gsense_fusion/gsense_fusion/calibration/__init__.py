@@ -1,0 +1,1 @@
+"""Calibration: gyro (bias, G, k), accelerometer, magnetometer, noise parameters, and exports to other programs."""

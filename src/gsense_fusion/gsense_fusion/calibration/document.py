@@ -1,0 +1,146 @@
+"""calibration.json (schema gsense-calibration/1) and what the command says in words."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .accelerometer import AccelerometerCalibration
+from .ellipsoid import EllipsoidFit
+from .gyro import Estimate, GyroCalibration
+from .magnetometer import MagnetometerCalibration
+from .variants import VARIANTS
+
+SCHEMA = "gsense-calibration/1"
+_G = "(rad/s)/(m/s^2)"
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Everything that one calibration found; words where something could not be found."""
+
+    gyro: GyroCalibration
+    accelerometer: AccelerometerCalibration | str
+    magnetometer: MagnetometerCalibration | str | None
+    """None: there is none."""
+
+
+def calibration_json(c: Calibration) -> str:
+    """The document."""
+    gyro = c.gyro
+    before, after = gyro.held_out["before"], gyro.held_out["after"]
+    pose = None
+    if before.pose is not None and after.pose is not None:
+        pose = {"before": before.pose, "after": after.pose, "noise_floor": gyro.pose_floor, "unit": "rad/s"}
+    document = {
+        "schema": SCHEMA,
+        "sensor": gyro.sensor,
+        "unit_id": gyro.file.unit_id,
+        "significant": gyro.significant,
+        "p_value": gyro.p_value,
+        "permutation_p_value": gyro.permutation_p_value,
+        "g_sensitivity": _estimate(gyro.g_sensitivity, _G),
+        "bias": _estimate(gyro.bias, "rad/s"),
+        "k": _estimate(gyro.k, _G),
+        "pose_rms": pose,
+        "rate_rms": {"before": before.rate, "after": after.rate, "unit": "rad/s"},
+        "variants": {n: {"pose_rms": gyro.held_out[n].pose, "rate_rms": gyro.held_out[n].rate} for n in VARIANTS},
+        "accelerometer": _accelerometer(c.accelerometer),
+        "magnetometer": _magnetometer(c.magnetometer),
+        "notes": list(gyro.notes),
+    }
+    return json.dumps(document, indent=1, allow_nan=False) + "\n"
+
+
+def _estimate(estimate: Estimate, unit: str) -> dict[str, Any]:
+    return {"value": _numbers(estimate.value), "stderr": _numbers(estimate.stderr), "unit": unit}
+
+
+def _numbers(values: Any) -> Any:
+    """Plain numbers; null where there is none (an axis that the gyro does not have)."""
+    if np.ndim(values):
+        return [_numbers(v) for v in values]
+    return float(values) if np.isfinite(values) else None
+
+
+def _triad(fit: EllipsoidFit, unit: str) -> dict[str, Any]:
+    return {
+        "bias": {"value": _numbers(fit.offset), "stderr": _numbers(fit.offset_stderr), "unit": unit},
+        "matrix": {"value": _numbers(fit.shape), "stderr": _numbers(fit.shape_stderr), "unit": "1"},
+        "residual_rms": fit.residual_rms,
+    }
+
+
+def _accelerometer(found: AccelerometerCalibration | str) -> dict[str, Any]:
+    if isinstance(found, str):
+        return {"calibrated": False, "reason": found}
+    return {"calibrated": True, **_triad(found.fit, "m/s^2"), "poses": found.poses}
+
+
+def _magnetometer(found: MagnetometerCalibration | str | None) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    if isinstance(found, str):
+        return {"calibrated": False, "reason": found}
+    fit = found.fit
+    return {
+        "calibrated": True,
+        "hard_iron": {"value": _numbers(fit.offset), "stderr": _numbers(fit.offset_stderr), "unit": "T"},
+        "soft_iron": {"value": _numbers(fit.shape), "stderr": _numbers(fit.shape_stderr), "unit": "1"},
+        "residual_rms": fit.residual_rms,
+        "field": found.field,
+        "directions": found.directions,
+        "spread_before": found.spread_before,
+        "spread_after": found.spread_after,
+    }
+
+
+def words(c: Calibration) -> list[str]:
+    """What was found, a line each."""
+    gyro = c.gyro
+    g, stderr = (np.degrees(x) * 9.80665 for x in (gyro.g_sensitivity.value, gyro.g_sensitivity.stderr))
+    strongest = np.unravel_index(np.argmax(np.abs(g)), g.shape)
+    if gyro.significant:
+        size = f"up to {abs(g[strongest]):.3f} +- {stderr[strongest]:.3f} deg/s/g (p = {gyro.p_value:.2g})"
+        lines = [f"{gyro.sensor}: g-sensitivity {size}"]
+    else:
+        limit = np.max(np.abs(g) + 1.96 * stderr)
+        size = f"(p = {gyro.p_value:.2g}; with 95 % under {limit:.3f} deg/s/g)"
+        lines = [f"{gyro.sensor}: g-sensitivity not significant {size}: nothing is compensated"]
+    k, k_stderr = (float(np.degrees(x)) * 9.80665 for x in (gyro.k.value, gyro.k.stderr))
+    lines.append(f"k of equation 7.4: {k:.4f} +- {k_stderr:.4f} deg/s/g")
+    before, after = gyro.held_out["before"], gyro.held_out["after"]
+    if before.pose is not None and after.pose is not None:
+        text = f"{np.degrees(before.pose):.4f} -> {np.degrees(after.pose):.4f} deg/s"
+        lines.append(f"pose means not fitted: {text}" + _floor(gyro))
+    lines.append(f"rate below 5 Hz not fitted: {np.degrees(before.rate):.4f} -> {np.degrees(after.rate):.4f} deg/s")
+    lines.append(_accelerometer_words(c.accelerometer))
+    if c.magnetometer is not None:
+        lines.append(_magnetometer_words(c.magnetometer))
+    return lines
+
+
+def _floor(gyro: GyroCalibration) -> str:
+    return "" if gyro.pose_floor is None else f" (noise and drift alone: {np.degrees(gyro.pose_floor):.4f})"
+
+
+def _accelerometer_words(found: AccelerometerCalibration | str) -> str:
+    if isinstance(found, str):
+        return f"accelerometer not calibrated: {found}"
+    scale = float(np.abs(np.diag(found.fit.shape) - 1).max())
+    return (
+        f"accelerometer from {found.poses} poses: scale off by up to {100 * scale:.2f} %, bias up to "
+        f"{np.abs(found.fit.offset).max():.3f} m/s^2, left {found.fit.residual_rms:.4f} m/s^2"
+    )
+
+
+def _magnetometer_words(found: MagnetometerCalibration | str) -> str:
+    if isinstance(found, str):
+        return f"magnetometer not calibrated: {found}"
+    return (
+        f"magnetometer from {found.directions} directions: hard iron {1e6 * np.linalg.norm(found.fit.offset):.2f} uT, "
+        f"spread of the strength {100 * found.spread_before:.2f} -> {100 * found.spread_after:.2f} %"
+    )

@@ -1,0 +1,194 @@
+"""Bias, G and k of the gyro with their errors by the identification's likelihood, and what they change elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from gsense_fusion.bags.run import Run
+from gsense_fusion.compensation import CompensationFile, GCubed, GSensitivity, GSquared, Matrix, Term
+from gsense_fusion.identification.analysis import Analysis, Settings
+from gsense_fusion.identification.assembly import assemble, effect_parameters, significant
+from gsense_fusion.identification.campaign import DriverSource
+from gsense_fusion.identification.engine import analyse
+from gsense_fusion.identification.folds import make_folds
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.metrics import Held, band_rms, pose_floor, pose_rms
+from gsense_fusion.identification.types import FloatArray, IdentificationError, Role
+from gsense_fusion.report.outputs import compensation
+
+from .permutation import permutation_p_value
+from .variants import EFFECTS, VARIANTS
+
+SIGNIFICANCE = 0.01
+RATE_BAND_HZ = 5.0
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """Values with their standard errors, of one shape."""
+
+    value: FloatArray
+    stderr: FloatArray
+
+
+@dataclass(frozen=True)
+class HeldOutError:
+    """Root mean squares on data that was not fitted, rad/s."""
+
+    pose: float | None
+    """Of the means of still stretches; None for fewer than six."""
+    rate: float
+    """Of all samples below 5 Hz."""
+
+
+@dataclass(frozen=True)
+class GyroCalibration:
+    """What was found."""
+
+    sensor: str
+    g_sensitivity: Estimate
+    """(rad/s)/(m/s^2), rows gyro axes, columns accelerometer axes, shape (3, 3)."""
+    bias: Estimate
+    """rad/s, of the newest session that was fitted, shape (3,)."""
+    k: Estimate
+    """(rad/s)/(m/s^2), shape (): the best single number of equation 7.4."""
+    significant: bool
+    p_value: float
+    """Of the likelihood test against no g-sensitivity, drift in the model."""
+    permutation_p_value: float | None
+    """Of exchanging the still poses' directions; None where there is motion."""
+    held_out: Mapping[str, HeldOutError]
+    """`before`, `after`, and each variant of the compensation."""
+    pose_floor: float | None
+    """What noise and drift alone would leave of the pose means, rad/s."""
+    file: CompensationFile
+    """What is written."""
+    notes: tuple[str, ...]
+
+
+def calibrate_gyro(
+    runs: Sequence[tuple[Run, Role]], sensor: str, variant: str = "matrix"
+) -> tuple[GyroCalibration, Analysis]:
+    """Calibrate one sensor.
+
+    Effects of the catalogue that the runs show (temperature, a bent rail, a late gyro) are fitted beside G, so that
+    they do not bend it; those that the gyro can be corrected for are in the file too.
+
+    Args:
+        runs: still poses and sweeps with their roles.
+        sensor: a sensor's name or a whole topic.
+        variant: one of `VARIANTS`: the form of g-compensation in the file.
+
+    Returns:
+        The calibration, and the analysis that it rests on.
+
+    Raises:
+        IdentificationError: the runs cannot be used, or have no accelerometer.
+    """
+    a = analyse(runs, Settings(sensor), lambda _text, _part: None)
+    if "g_sensitivity" not in a.likelihood.columns.start:
+        raise IdentificationError(
+            f"{a.clean[0].path}: no accelerometer beside the gyro: nothing to calibrate G against"
+        )
+    result = assemble(a, lambda _text, _part: None)
+    full = a.claims.full
+    others = tuple(e for e in a.likelihood.effects if e.name in a.claims.names)
+    source = DriverSource(a.campaign)
+    effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
+    likelihood = Likelihood(a.campaign, source, effects, a.noise)
+    claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
+    fits = {name: _fit(likelihood, part | claimed, full) for name, part in VARIANTS.items()}
+    plain = likelihood.evaluate(frozenset(), full.templates)
+    p_likelihood = a.selection.p_value(full, "g_sensitivity")
+    p_permutation = permutation_p_value(likelihood, fits["none"])
+    real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
+    chosen = variant if real else "none"
+    folds = make_folds(a.campaign, effects, a.noise, fits | {"before": plain}, lambda _text: None)
+    held = {name: _held_out(folds, name) for name in ("before", *VARIANTS)}
+    g = effect_parameters(a.likelihood, full, a.selection.effects["g_sensitivity"])
+    names = [f"g_{r}{c}" for r in "xyz" for c in "xyz"]
+    estimate = Estimate(
+        np.array([g[n].value for n in names]).reshape(3, 3), np.array([g[n].stderr for n in names]).reshape(3, 3)
+    )
+    k = effect_parameters(likelihood, fits["k"], EFFECTS[0])["k"]
+    chosen_fit = full if chosen == "matrix" else fits[chosen]
+    bias = session_bias(a.likelihood if chosen == "matrix" else likelihood, chosen_fit)
+    file = _file(compensation(result), likelihood, fits[chosen], chosen, bias)
+    calibration = GyroCalibration(
+        sensor=sensor,
+        g_sensitivity=estimate,
+        bias=bias,
+        k=Estimate(np.array(k.value), np.array(k.stderr)),
+        significant=real,
+        p_value=p_likelihood,
+        permutation_p_value=p_permutation,
+        held_out={**held, "after": held[chosen]},
+        pose_floor=None
+        if held["before"].pose is None
+        else pose_floor(folds, a.noise, a.likelihood.drift_at_rest(full)),
+        file=file,
+        notes=result.notes + result.undecided,
+    )
+    return calibration, a
+
+
+def _fit(likelihood: Likelihood, names: frozenset[str], full: Fit) -> Fit:
+    return likelihood.evaluate(names, full.templates)
+
+
+def _held_out(folds: Sequence[Held], label: str) -> HeldOutError:
+    return HeldOutError(pose_rms(folds, label), band_rms(folds, label, RATE_BAND_HZ))
+
+
+def session_bias(likelihood: Likelihood, fit: Fit) -> Estimate:
+    """Bias of the newest fitted session by generalised least squares, the errors of the effects carried over, rad/s."""
+    blocks = likelihood.blocks
+    newest = int(np.argmax(np.unique(blocks.session)))
+    X = likelihood.block_columns(fit.templates)
+    value, stderr = np.zeros(3), np.full(3, np.nan)
+    for axis, slow in likelihood.slow.items():
+        K = slow.covariance(fit.drift[axis])
+        H = slow.sessions
+        KiH = np.linalg.solve(K, H)
+        inverse = np.linalg.inv(H.T @ KiH)
+        weights = inverse @ KiH.T
+        value[axis] = (weights @ (blocks.rate[:, axis] - X[:, axis, :] @ fit.beta))[newest]
+        carried = (weights @ X[:, axis, :])[newest]
+        stderr[axis] = np.sqrt(inverse[newest, newest] + carried @ fit.covariance @ carried)
+    return Estimate(value, stderr)
+
+
+def _file(base: CompensationFile, likelihood: Likelihood, fit: Fit, variant: str, bias: Estimate) -> CompensationFile:
+    """The file of the identification with the chosen form of g-compensation in the first place."""
+    read = partial(_matrix, likelihood, fit)
+    terms: list[Term] = []
+    if variant == "k":
+        terms.append(GSensitivity(k=float(fit.beta[likelihood.columns.start["cyclic_k"]])))
+    elif variant != "none":
+        # the matrix of the identification itself where it is the variant: one number, one place
+        own = [t for t in base.terms if isinstance(t, GSensitivity)]
+        terms.append(own[0] if variant == "matrix" and own else GSensitivity(matrix=read("g_sensitivity")))
+    if variant in ("matrix_squares", "polynomial"):
+        terms.append(GSquared(matrix=read("squares")))
+    if variant == "polynomial":
+        terms.append(GCubed(matrix=read("cubes")))
+    rest = tuple(t for t in base.terms if not isinstance(t, GSensitivity))
+    x, y, z = (float(v) for v in bias.value)
+    return CompensationFile(
+        sensor=base.sensor,
+        unit_id=base.unit_id,
+        bias=(x, y, z),
+        terms=(*terms, *rest),
+        gyro_delay_s=base.gyro_delay_s,
+        reference=base.reference,
+    )
+
+
+def _matrix(likelihood: Likelihood, fit: Fit, name: str) -> Matrix:
+    first = likelihood.columns.start[name]
+    rows = [tuple(float(v) for v in row) for row in fit.beta[first : first + 9].reshape(3, 3)]
+    return (rows[0], rows[1], rows[2])  # type: ignore[return-value]

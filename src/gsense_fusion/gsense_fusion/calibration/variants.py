@@ -1,0 +1,79 @@
+"""Forms of g-compensation beside the full G, as effects of the identification: fitted and judged by its machinery."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, spec
+from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
+from gsense_fusion.identification.types import FloatArray, Owner
+
+
+class CyclicK(Effect):
+    """The thesis's one number: k [f_y, f_z, f_x]."""
+
+    name = "cyclic_k"
+    owner = Owner.SENSOR
+    equation = "k [f_y, f_z, f_x]"
+    source = "thesis eq. 7.4"
+    parameters = spec("k", "(rad/s)/(m/s^2)", 3e-4)
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs the accelerometer."""
+        return "no accelerometer" if drivers.specific_force is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """One column, shape (n, 3, 1)."""
+        force = drivers.specific_force
+        return np.zeros((len(drivers), 3, 1)) if force is None else force[:, [1, 2, 0], None]
+
+
+class _Powers(Effect):
+    """Powers of each component of the specific force through a full matrix."""
+
+    power: int
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs the accelerometer."""
+        return "no accelerometer" if drivers.specific_force is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Row i of the matrix times the powers, shape (n, 3, 9)."""
+        out = np.zeros((len(drivers), 3, 9))
+        if drivers.specific_force is not None:
+            for axis in range(3):
+                out[:, axis, 3 * axis : 3 * axis + 3] = drivers.specific_force**self.power
+        return out
+
+
+class Squares(_Powers):
+    """matrix @ [f_x^2, f_y^2, f_z^2]: with G the thesis's 18 numbers, read one way."""
+
+    name = "squares"
+    owner = Owner.SENSOR
+    equation = "M [f_x^2, f_y^2, f_z^2]"
+    source = "IEEE Std 1431; Groves ch. 4"
+    parameters = spec("s_xx s_xy s_xz s_yx s_yy s_yz s_zx s_zy s_zz", "(rad/s)/(m/s^2)^2", 1e-5)
+    power = 2
+
+
+class Cubes(_Powers):
+    """matrix @ [f_x^3, f_y^3, f_z^3]: with G and the squares a polynomial of the third order."""
+
+    name = "cubes"
+    owner = Owner.SENSOR
+    equation = "M [f_x^3, f_y^3, f_z^3]"
+    source = "the thesis's proposal of a higher order"
+    parameters = spec("q_xx q_xy q_xz q_yx q_yy q_yz q_zx q_zy q_zz", "(rad/s)/(m/s^2)^3", 1e-6)
+    power = 3
+
+
+EFFECTS: tuple[Effect, ...] = (CyclicK(), GSensitivity(), Squares(), Cubes())
+VARIANTS: dict[str, frozenset[str]] = {
+    "none": frozenset(),
+    "k": frozenset({"cyclic_k"}),
+    "matrix": frozenset({"g_sensitivity"}),
+    "matrix_squares": frozenset({"g_sensitivity", "squares"}),
+    "polynomial": frozenset({"g_sensitivity", "squares", "cubes"}),
+}
+"""The effects of each variant; scale and misalignment (Groves) need true rotations: `rotations`."""

@@ -1,0 +1,1 @@
+"""Tests of gsense_fusion.calibration."""
