@@ -65,15 +65,18 @@ class Run:
 
 
 @pytest.fixture
-def run(tmp_path):
-    run = Run(tmp_path)
-    yield run
-    run.loop.close()
-    wait_for(lambda: not alive(run.guard))
+def start(tmp_path):
+    """Starts the run within the test, so that its processes inherit the test's captured stderr."""
+    runs = []
+    yield lambda: runs.append(Run(tmp_path)) or runs[-1]
+    for run in runs:
+        run.loop.close()
+        wait_for(lambda run=run: not alive(run.guard))
 
 
 @pytest.mark.slow
-def test_killed_loop_the_guard_brakes_and_pulls_dis(capfd, run):
+def test_killed_loop_the_guard_brakes_and_pulls_dis(start, capfd):
+    run = start()
     before = run.rail().time
     os.kill(run.loop.pid, signal.SIGKILL)
     wait_for(lambda: not alive(run.guard))  # it ends when the motor is off
@@ -83,15 +86,16 @@ def test_killed_loop_the_guard_brakes_and_pulls_dis(capfd, run):
     assert rail.values[SPEED] == 0.0
     assert abs(rail.values[POSITION]) < 0.22
     assert rail.time > before  # the physics went on after the loop's death
-    said = re.search(
-        r"no heartbeat of the loop for (\d+) ms: braked from .*, motor off after (\d+) mm", capfd.readouterr().err
-    )
+    text = capfd.readouterr().err
+    said = re.search(r"no heartbeat of the loop for (\d+) ms: braked from .*, motor off after (\d+) mm", text)
+    assert said, text
     assert float(said[1]) <= 20.0
     assert float(said[2]) < 60.0
 
 
 @pytest.mark.slow
-def test_killed_guard_is_noticed_by_the_loop_and_a_reset_brings_another(run):
+def test_killed_guard_is_noticed_by_the_loop_and_a_reset_brings_another(start):
+    run = start()
     os.kill(run.guard, signal.SIGKILL)
     wait_for(lambda: run.telemetry[-1].mode == Mode.FAULT and run.telemetry[-1].disabled)
     assert run.telemetry[-1].fault == Fault.GUARD
@@ -105,7 +109,8 @@ def test_killed_guard_is_noticed_by_the_loop_and_a_reset_brings_another(run):
 
 
 @pytest.mark.slow
-def test_loop_held_up_for_a_while_is_no_silence_in_simulated_time(run):
+def test_loop_held_up_for_a_while_is_no_silence_in_simulated_time(start):
+    run = start()
     os.kill(run.loop.pid, signal.SIGSTOP)
     time.sleep(0.3)
     os.kill(run.loop.pid, signal.SIGCONT)
