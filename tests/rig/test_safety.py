@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from gsense_rig.hardware.interface import HardwareError
-from gsense_rig.hardware.mf624 import find_card, open_card
 from gsense_rig.loop.messages import DriveSine, Home, Reset, Stop
 from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.simulated import VirtualClock, make_simulated_loop
@@ -272,15 +271,3 @@ def test_numbers_are_those_of_the_message():
     for kind in (Mode, Light, Fault):
         for item in kind:
             assert getattr(state, item.name) == int(item)
-
-
-def test_missing_card_is_one_clear_line(tmp_path):
-    with pytest.raises(HardwareError, match="no MF624 card") as caught:
-        open_card(tmp_path)
-    assert "\n" not in str(caught.value)
-    (tmp_path / "uio0").mkdir()
-    (tmp_path / "uio0" / "name").write_text("other\n")
-    assert find_card(tmp_path) is None
-    (tmp_path / "uio1").mkdir()
-    (tmp_path / "uio1" / "name").write_text("mf624\n")
-    assert find_card(tmp_path) == tmp_path / "uio1"

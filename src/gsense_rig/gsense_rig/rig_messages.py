@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from builtin_interfaces.msg import Time
@@ -41,7 +42,7 @@ def joint_states(telemetry: Telemetry, time: Any) -> Any:
     message.name = [JOINT]
     message.position = [telemetry.position]
     message.velocity = [telemetry.velocity]
-    message.effort = [telemetry.force]
+    message.effort = [] if math.isnan(telemetry.force) else [telemetry.force]
     return message
 
 

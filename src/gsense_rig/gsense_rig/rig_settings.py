@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 
 from gsense_rig.control.controllers import CONTROLLERS
-from gsense_rig.hardware import mf624
 from gsense_rig.hardware.interface import HardwareError
+from gsense_rig.hardware.mf624.card import CardPlace, require_card
+from gsense_rig.hardware.mf624.rail import CardRailSpec
+from gsense_rig.hardware.mf624.wiring import Wiring, load_wiring
 from gsense_rig.live_board import SimulatedBoard
 from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.spec import ProcessSpec
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 HARDWARE = ("sim", "mf624")
 MOUNTINGS = ("0", "90", "180", "tilt_x", "tilt_y")  # of sensors.mounting, whose imports are heavy
 POSE_RATE = 200.0  # Hz, of the contract
+CARD_TIMEOUT = 0.015  # s
+SIMULATED_TIMEOUT = 0.5  # s; nobody is hurt, and a busy machine may hold up the node
 
 
 @dataclass(frozen=True)
@@ -37,6 +41,7 @@ class RigSettings:
     mounting: str
     effects: tuple[str, ...]
     bus: Path | None
+    wiring: Path | None
     command_timeout: float
 
     def process_spec(self) -> ProcessSpec:
@@ -45,15 +50,15 @@ class RigSettings:
         Raises:
             HardwareError: this hardware cannot be used; the message says why.
         """
-        if self.hardware == "mf624":
-            mf624.open_card()
         if self.hardware not in HARDWARE:
             raise HardwareError(f"hardware '{self.hardware}' is unknown; choose one of {', '.join(HARDWARE)}")
         if self.controller not in CONTROLLERS:
             raise HardwareError(f"controller '{self.controller}' is unknown; choose one of {', '.join(CONTROLLERS)}")
         parameters = replace(
-            LoopParameters(controller=self.controller), safety=SafetyLimits(command_timeout=self.command_timeout)
+            LoopParameters(controller=self.controller), safety=SafetyLimits(command_timeout=self._command_timeout())
         )
+        if self.hardware == "mf624":
+            return self._card_spec(parameters)
         board = SimulatedBoard(self.unit_seed, self.seed, self.effects, self.mounting, self.bus)
         return ProcessSpec(
             parameters=parameters,
@@ -61,6 +66,18 @@ class RigSettings:
             telemetry_every=round(parameters.rate / POSE_RATE),
             feed_factory=board,
         )
+
+    def _card_spec(self, parameters: LoopParameters) -> ProcessSpec:
+        wiring = Wiring() if self.wiring is None else load_wiring(self.wiring)
+        place = CardPlace()
+        require_card(place.uio_class)
+        card = CardRailSpec(place, wiring)
+        return ProcessSpec(parameters, telemetry_every=round(parameters.rate / POSE_RATE), card=card)
+
+    def _command_timeout(self) -> float:
+        if self.command_timeout > 0.0:
+            return self.command_timeout
+        return CARD_TIMEOUT if self.hardware == "mf624" else SIMULATED_TIMEOUT
 
 
 def _describe(text: str, constraints: str = "", **more: Any) -> Any:
@@ -79,6 +96,7 @@ def declare(node: Node) -> RigSettings:
         _describe("draws start position and sensor noise", integer_range=[IntegerRange(from_value=0, to_value=2**31)]),
     )
     unit_seed = declared("unit_seed", -1, _describe("draws the simulated board's own errors; -1: as seed"))
+    wiring = declared("wiring", "", _describe("YAML file with the card's terminals; empty: the defaults"))
     bus = declared("bus", "", _describe("file of the sensor bus; empty: the board's default"))
     return RigSettings(
         hardware=declared("hardware", "sim", _describe("the rail behind the loop", " or ".join(HARDWARE))),
@@ -89,12 +107,14 @@ def declare(node: Node) -> RigSettings:
         mounting=declared("mounting", "0", _mounting_descriptor()),
         effects=_effects(node),
         bus=Path(bus) if bus else None,
+        wiring=Path(wiring) if wiring else None,
         command_timeout=declared(
             "command_timeout",
-            0.5,
+            0.0,
             _describe(
-                "seconds without a sign of life of this node after which the loop stops the motor",
-                floating_point_range=[FloatingPointRange(from_value=0.02, to_value=10.0)],
+                "seconds without a sign of life of this node after which the loop stops the motor; "
+                f"0: {CARD_TIMEOUT:g} for a card, {SIMULATED_TIMEOUT:g} for the simulation",
+                floating_point_range=[FloatingPointRange(from_value=0.0, to_value=10.0)],
             ),
         ),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from gsense_rig.control.estimators import TUNED_NOISE, DriveObserver
@@ -40,9 +41,9 @@ class Axis:
 
     @property
     def emf_speed(self) -> float | None:
-        """Speed by the motor's back EMF, of voltage and current [m/s]; None: bridge open, or no reading yet."""
+        """Speed by the motor's back EMF, of voltage and current [m/s]; None: bridge open, or no current known."""
         voltage = self.voltage
-        if voltage is None or self.reading is None:
+        if voltage is None or self.reading is None or math.isnan(self.reading.current):
             return None
         drive = self.model.drive
         return (voltage - drive.resistance * self.reading.current) / drive.force_constant

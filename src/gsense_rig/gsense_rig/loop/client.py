@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from gsense_rig.loop.messages import Command
 
-_SIGN_OF_LIFE = 0.05  # s
+_SIGN_OF_LIFE = 0.05  # s, and at least four times within the loop's patience
 
 
 class LoopGone(RuntimeError):  # noqa: N818 - what happened, not whose error
@@ -54,6 +54,8 @@ class LoopProcess:
         self._replies: dict[int, Future[Reply]] = {}
         self._results: dict[int, Future[Result]] = {}
         self._lock = threading.Lock()
+        patience = spec.parameters.safety.command_timeout
+        self._interval = _SIGN_OF_LIFE if patience is None else min(_SIGN_OF_LIFE, patience / 4.0)
         self._closing = threading.Event()
         self._first: Future[None] = Future()
         self._launch()
@@ -139,7 +141,7 @@ class LoopProcess:
             self._commands.send(item)
 
     def _live(self) -> None:
-        while not self._closing.wait(_SIGN_OF_LIFE):
+        while not self._closing.wait(self._interval):
             try:
                 self._send(SignOfLife())
             except PipeClosed:

@@ -8,6 +8,7 @@ cannot go on as if nothing had happened.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -130,8 +131,10 @@ class Guard:
         else:
             self._disable(now)
 
-    def _speeds(self, reading: HardwareReading) -> tuple[float, float]:
+    def _speeds(self, reading: HardwareReading) -> tuple[float, ...]:
         drive = self._model.drive
+        if math.isnan(reading.current):
+            return (self._speed(),)
         voltage = self._model.duty_voltage(self._output.duty)
         return self._speed(), (voltage - drive.resistance * reading.current) / drive.force_constant
 

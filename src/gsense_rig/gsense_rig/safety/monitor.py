@@ -110,7 +110,7 @@ class FaultMonitor:
 
     def _electrical(self, seen: Observation) -> Finding | None:
         current = abs(seen.reading.current)
-        if current <= self.limits.overcurrent:
+        if not current > self.limits.overcurrent:  # nan where no sensor is wired
             self._overcurrent = 0.0
             return None
         self._overcurrent += seen.period
