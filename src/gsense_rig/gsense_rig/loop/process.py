@@ -126,8 +126,7 @@ class LoopService:
             if isinstance(item, Shutdown):
                 self.request_end()
             elif isinstance(item, Mount):
-                if self._feed is not None:
-                    self._feed.mount(item.name)
+                self._source.mount(item.name)
             elif not isinstance(item, SignOfLife):
                 self._send(self._submit(item))
 

@@ -46,6 +46,11 @@ class SimulatedSource:
             if self._feed is not None:
                 self._feed.advance(history)
 
+    def mount(self, name: str) -> None:
+        """Turn the simulated board."""
+        if self._feed is not None:
+            self._feed.mount(name)
+
     def close(self) -> None:
         """End the sensor feed."""
         if self._feed is not None:
@@ -71,6 +76,9 @@ class CardSource:
 
     def advance(self, due: float) -> None:
         """Nothing: time passes by itself."""
+
+    def mount(self, name: str) -> None:
+        """Nothing: a person turns the board."""
 
     def close(self) -> None:
         """Nothing beside the hardware."""
