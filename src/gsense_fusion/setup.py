@@ -23,6 +23,7 @@ setup(
         "console_scripts": [
             "fusion = gsense_fusion.fusion_node:main",
             "close_loop = gsense_fusion.close_loop:main",
+            "noise = gsense_fusion.noise:main",
             "calibrate = gsense_fusion.calibrate:main",
         ],
     },

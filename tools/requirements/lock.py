@@ -26,8 +26,10 @@ def resolve(python: str, *sources: str) -> Pins:
         report = Path(folder) / "report.json"
         files = [part for source in sources for part in ("-r", str(HERE / source))]
         pip = [f"{folder}/bin/python", "-m", "pip", "install", "--quiet", "--dry-run", "--ignore-installed"]
-        subprocess.run([*pip, "--report", str(report), *files], check=True)
-        installs = json.loads(report.read_text(encoding="utf-8"))["install"]
+        installs = []
+        for asked in (files, ["--no-deps", "-r", str(HERE / "alone.in")]):
+            subprocess.run([*pip, "--report", str(report), *asked], check=True)
+            installs += json.loads(report.read_text(encoding="utf-8"))["install"]
     return {item["metadata"]["name"].lower().replace("_", "-"): item["metadata"]["version"] for item in installs}
 
 

@@ -115,16 +115,17 @@ def _kind(value: Any) -> str:
     return "nothing" if value is None else f"a {type(value).__name__}"
 
 
-def write_atomically(path: Path, text: str) -> None:
+def write_atomically(path: Path, content: str | bytes) -> None:
     """Write to a temporary name in the same folder, then rename: readers see the old file or the whole new one.
 
     Raises:
         OSError: the folder is not there or not writable.
     """
-    with NamedTemporaryFile("w", dir=path.parent, prefix=f".{path.name}.", delete=False, encoding="utf-8") as sink:
+    data = content.encode() if isinstance(content, str) else content
+    with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as sink:
         temporary = Path(sink.name)
         try:
-            sink.write(text)
+            sink.write(data)
             sink.flush()
             os.fsync(sink.fileno())
             temporary.chmod(0o644)
