@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gsense_rig.campaign.plan import PlanError, load_plan, parse_plan, shipped_plans
-from gsense_rig.campaign.triangle import Triangle
+from gsense_rig.control.triangle import Triangle
 
 
 def test_shipped_plans_are_what_the_contract_names() -> None:

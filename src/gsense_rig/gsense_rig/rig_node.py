@@ -6,17 +6,14 @@ import signal
 import sys
 import threading
 import time
-from concurrent.futures import Future
 from concurrent.futures import TimeoutError as FutureTimeout
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped
-from gsense_msgs.action import Sinusoid
 from gsense_msgs.msg import RigState, Topics
 from rcl_interfaces.msg import SetParametersResult
-from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
@@ -25,19 +22,39 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gsense_rig import rig_messages, rig_settings
+from gsense_rig import drive_file, rig_messages, rig_settings
+from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.hardware.interface import HardwareError
-from gsense_rig.loop.admission import refuse_drive
+from gsense_rig.loop.admission import refuse_motion
 from gsense_rig.loop.client import LoopGone, LoopProcess
 from gsense_rig.loop.clock import HostTime, measured_offset_ns
-from gsense_rig.loop.messages import Command, DriveSine, Home, Reset, Result, Stop, Telemetry
+from gsense_rig.loop.messages import (
+    Command,
+    DriveMove,
+    DriveSine,
+    Home,
+    Park,
+    Reset,
+    Result,
+    Stop,
+    Telemetry,
+    Tune,
+    UseModel,
+)
 from gsense_rig.loop.pacing import LoopHealth
+from gsense_rig.rig_actions import MOTIONS, MotionServer
 from gsense_rig.safety.modes import Mode
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 _REPLY_TIMEOUT = 5.0  # s; the loop answers within a period, a loaded machine takes longer
 _HOMING_TIMEOUT = 60.0  # s
+_MOTION_TIMEOUT = 60.0  # s; parking takes 2, tuning 11
+RIG_PARK = "rig/park"
+RIG_TUNE = "rig/tune"
 _STATE_EVERY = 4  # poses to one state: 50 Hz
-_FEEDBACK_INTERVAL = 0.1  # s
 
 
 def _qos(depth: int) -> QoSProfile:
@@ -73,17 +90,11 @@ class RigNode(Node):
             (Topics.RIG_HOME, self._on_home),
             (Topics.RIG_STOP, self._on_stop),
             (Topics.RIG_RESET, self._on_reset),
+            (RIG_PARK, self._on_park),
+            (RIG_TUNE, self._on_tune),
         ):
             self.create_service(Trigger, name, callback, callback_group=group)
-        self._action = ActionServer(
-            self,
-            Sinusoid,
-            Topics.RIG_SINUSOID,
-            execute_callback=self._drive,
-            goal_callback=self._on_goal,
-            cancel_callback=lambda _goal: CancelResponse.ACCEPT,
-            callback_group=group,
-        )
+        self._actions = [MotionServer(self, self.loop, kind, self._refusal, group) for kind in MOTIONS]
         self.add_on_set_parameters_callback(self._on_parameters)
         if self.settings.autohome:
             self.loop.request(Home(self.loop.next_id()))
@@ -125,6 +136,38 @@ class RigNode(Node):
     def _on_reset(self, _request: Any, response: Any) -> Any:
         return self._trigger(Reset(self.loop.next_id()), response, _REPLY_TIMEOUT)
 
+    def _on_park(self, _request: Any, response: Any) -> Any:
+        return self._trigger(Park(self.loop.next_id()), response, _MOTION_TIMEOUT)
+
+    def _on_tune(self, _request: Any, response: Any) -> Any:
+        result = self._run(Tune(self.loop.next_id()), _MOTION_TIMEOUT)
+        if result.success and result.record is not None:
+            result = self._take_over(result, result.record)
+        response.success, response.message = result.success, result.message
+        self.get_logger().info(f"tune: {result.message}")
+        return response
+
+    def _take_over(self, moved: Result, record: NDArray[np.float64]) -> Result:
+        """Identify the drive from a tune move and have the loop use it."""
+        nominal = self._spec.parameters.model
+        try:
+            tuning = identify(record, self._spec.parameters.period, nominal)
+            if self.settings.drive_file is not None:
+                drive_file.write(self.settings.drive_file, tuning.drive)
+        except (TuneError, OSError) as error:
+            return moved._replace(success=False, message=str(error))
+        used = self._run(UseModel(self.loop.next_id(), tuning.drive), _REPLY_TIMEOUT)
+        return used._replace(message=tuning.text(nominal)) if used.success else used
+
+    def _refusal(self, command: DriveSine | DriveMove) -> str | None:
+        """Why a goal is rejected, from what is known here; the loop judges again."""
+        telemetry = self._telemetry
+        if telemetry is None:
+            return "the loop has not run yet"
+        return refuse_motion(
+            command, Mode(telemetry.mode), telemetry.fault_text, telemetry.switches, self._spec.parameters
+        )
+
     def _trigger(self, command: Command, response: Any, timeout: float) -> Any:
         result = self._run(command, timeout)
         response.success, response.message = result.success, result.message
@@ -154,64 +197,6 @@ class RigNode(Node):
                 return SetParametersResult(successful=False, reason=reason)
             self.loop.mount(str(parameter.value))
         return SetParametersResult(successful=True)
-
-    # ---- action
-
-    def _on_goal(self, goal: Any) -> Any:
-        telemetry = self._telemetry
-        if telemetry is None:
-            return GoalResponse.REJECT
-        command = DriveSine(0, goal.amplitude, goal.angular_frequency, goal.cycles)
-        reason = refuse_drive(
-            command, Mode(telemetry.mode), telemetry.fault_text, telemetry.switches, self._spec.parameters
-        )
-        if reason is None:
-            return GoalResponse.ACCEPT
-        self.get_logger().warning(f"sinusoid goal rejected: {reason}")
-        return GoalResponse.REJECT
-
-    def _drive(self, handle: Any) -> Any:
-        goal = handle.request
-        command = DriveSine(self.loop.next_id(), goal.amplitude, goal.angular_frequency, goal.cycles)
-        reply, end = self.loop.request(command)
-        result = Sinusoid.Result()
-        try:
-            answer = reply.result(_REPLY_TIMEOUT)
-            if not answer.accepted:
-                handle.abort()
-                result.message = answer.message
-                return result
-            outcome = self._follow(handle, command, end)
-        except (FutureTimeout, LoopGone) as error:
-            handle.abort()
-            result.message = str(error) or "the loop does not answer"
-            return result
-        result.success, result.message, result.rms_error = outcome.success, outcome.message, outcome.rms_error
-        if outcome.success:
-            handle.succeed()
-        elif handle.is_cancel_requested:
-            handle.canceled()
-        else:
-            handle.abort()
-        return result
-
-    def _follow(self, handle: Any, command: DriveSine, end: Future[Result]) -> Result:
-        """Give feedback until the motion ends; a cancelled goal is a soft stop."""
-        stopped: Future[Result] | None = None
-        while True:
-            try:
-                outcome = end.result(_FEEDBACK_INTERVAL)
-                break
-            except FutureTimeout:
-                pass
-            if handle.is_cancel_requested and stopped is None:
-                stopped = self.loop.request(Stop(self.loop.next_id()))[1]
-            telemetry = self._telemetry
-            if telemetry is not None and telemetry.command == command.id:
-                handle.publish_feedback(Sinusoid.Feedback(elapsed=telemetry.elapsed, position=telemetry.position))
-        if stopped is not None:
-            stopped.result(_REPLY_TIMEOUT)  # the result says "stopped" when the carriage is
-        return outcome
 
 
 def main() -> None:

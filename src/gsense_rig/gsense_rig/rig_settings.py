@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 
+from gsense_rig import drive_file
 from gsense_rig.control.controllers import CONTROLLERS
+from gsense_rig.control.tuning import TuneError
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.hardware.mf624.card import CardPlace, require_card
 from gsense_rig.hardware.mf624.rail import CardRailSpec
@@ -43,6 +45,7 @@ class RigSettings:
     bus: Path | None
     wiring: Path | None
     command_timeout: float
+    drive_file: Path | None
 
     def process_spec(self) -> ProcessSpec:
         """What the loop process runs.
@@ -54,8 +57,10 @@ class RigSettings:
             raise HardwareError(f"hardware '{self.hardware}' is unknown; choose one of {', '.join(HARDWARE)}")
         if self.controller not in CONTROLLERS:
             raise HardwareError(f"controller '{self.controller}' is unknown; choose one of {', '.join(CONTROLLERS)}")
-        parameters = replace(
-            LoopParameters(controller=self.controller), safety=SafetyLimits(command_timeout=self._command_timeout())
+        parameters = self._with_drive(
+            replace(
+                LoopParameters(controller=self.controller), safety=SafetyLimits(command_timeout=self._command_timeout())
+            )
         )
         if self.hardware == "mf624":
             return self._card_spec(parameters)
@@ -79,6 +84,15 @@ class RigSettings:
             return self.command_timeout
         return CARD_TIMEOUT if self.hardware == "mf624" else SIMULATED_TIMEOUT
 
+    def _with_drive(self, parameters: LoopParameters) -> LoopParameters:
+        """The identified drive where there is a file of one; the simulation is what the nominal numbers say."""
+        if self.drive_file is not None and self.drive_file.exists():
+            try:
+                return replace(parameters, model=drive_file.read(self.drive_file, parameters.model), tuned=True)
+            except TuneError as error:
+                raise HardwareError(str(error)) from error
+        return replace(parameters, tuned=self.hardware == "sim")
+
 
 def _describe(text: str, constraints: str = "", **more: Any) -> Any:
     return ParameterDescriptor(description=text, additional_constraints=constraints, read_only=True, **more)
@@ -97,6 +111,7 @@ def declare(node: Node) -> RigSettings:
     )
     unit_seed = declared("unit_seed", -1, _describe("draws the simulated board's own errors; -1: as seed"))
     wiring = declared("wiring", "", _describe("YAML file with the card's terminals; empty: the defaults"))
+    identified = declared("drive_file", "", _describe("YAML that rig/tune writes and the start reads; empty: none"))
     bus = declared("bus", "", _describe("file of the sensor bus; empty: the board's default"))
     return RigSettings(
         hardware=declared("hardware", "sim", _describe("the rail behind the loop", " or ".join(HARDWARE))),
@@ -108,6 +123,7 @@ def declare(node: Node) -> RigSettings:
         effects=_effects(node),
         bus=Path(bus) if bus else None,
         wiring=Path(wiring) if wiring else None,
+        drive_file=Path(identified) if identified else None,
         command_timeout=declared(
             "command_timeout",
             0.0,

@@ -3,22 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 
 from gsense_rig.campaign.plan import PlanRun
-from gsense_rig.campaign.triangle import Triangle
-from gsense_rig.control.references import Hold, MoveTo, Reference, Sine
 from gsense_rig.hardware.sim import SimRail
-from gsense_rig.loop.messages import Home, Telemetry
-from gsense_rig.loop.motion import Motion
+from gsense_rig.loop.messages import Command, DriveMove, DriveSine, Home, Shape, Telemetry
 from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.rig_loop import RigLoop
 from gsense_rig.loop.simulated import VirtualClock
-from gsense_rig.safety.modes import Mode
 
 Array = npt.NDArray[np.float64]
 POSE_RATE = 200.0
@@ -51,13 +46,12 @@ class Carriage:
     """Makes the motions of a plan, one after the other. The loop's clock stands still while nobody uses the rig."""
 
     def __init__(self, seed: int, parameters: LoopParameters | None = None) -> None:
-        parameters = parameters or LoopParameters()
+        parameters = parameters or LoopParameters(tuned=True)
         hardware = SimRail(parameters.plant, seed)
         self._loop = RigLoop(hardware, parameters)
         self._clock = VirtualClock(self._loop, hardware, self._note)
         self._per_pose = round(parameters.rate / POSE_RATE)
         self._per_state = round(parameters.rate / STATE_RATE)
-        self._settle = parameters.settle
         self._ticks = 0
         self._commands = 0
         self._offset = 0.0
@@ -90,7 +84,7 @@ class Carriage:
         """Brings the carriage to where the run begins."""
         start = -run.amplitude if run.shape == "triangle" else run.position
         if abs(self._clock.telemetry.position - start) > 1e-3:
-            self._follow([MoveTo(self._clock.telemetry.position, start), Hold(start, self._settle)])
+            self._run(DriveMove(self._next_command(), Shape.HOLD, start))
         return self._take_record()
 
     def perform(self, run: PlanRun) -> CarriageRecord:
@@ -100,26 +94,17 @@ class Carriage:
             self._clock.run_for(run.duration)
         else:
             self._clock.run_for(STILL_BEFORE)
-            self._follow(motion_of(run, self._clock.telemetry.position, self._settle))
+            self._run(command_of(run, self._next_command()))
             self._clock.run_for(STILL_AFTER)
         return self._take_record()
 
-    def _follow(self, segments: Sequence[Reference]) -> None:
-        command = self._next_command()
-        machine = self._loop.machine
-        if machine.mode is not Mode.IDLE:
-            reason = machine.fault_text or "busy"
-            raise CarriageError(f"the simulated rig is {machine.mode.name.lower()}, not idle: {reason}")
-        self._loop.follow(Motion(command, list(segments), self._clock.now))
-        limit = self._clock.now + 10.0 + sum(segment.duration for segment in segments)
-        while self._clock.now < limit:
-            self._clock.step()
-            for result in self._loop.take_results():
-                if result.id == command and not result.success:
-                    raise CarriageError(f"the simulated rig stopped: {result.message}")
-                if result.id == command:
-                    return
-        raise CarriageError("the simulated rig did not finish its motion")
+    def _run(self, command: Command) -> None:
+        try:
+            result = self._clock.run_command(command)
+        except RuntimeError as error:
+            raise CarriageError(f"the simulated rig: {error}") from error
+        if not result.success:
+            raise CarriageError(f"the simulated rig stopped: {result.message}")
 
     def _note(self, telemetry: Telemetry, history: Array) -> None:
         self._history.append(history)
@@ -146,11 +131,9 @@ class Carriage:
         return record
 
 
-def motion_of(run: PlanRun, position: float, settle: float) -> list[Reference]:
-    """The references of a run's motion, from rest to rest; at least `duration` of whole cycles at full amplitude."""
-    cycles = max(1, math.ceil(run.duration * run.angular_frequency / (2.0 * math.pi) - 1e-9))
+def command_of(run: PlanRun, command: int) -> DriveSine | DriveMove:
+    """The command of a run's motion; at least `duration` of whole cycles at full amplitude."""
     if run.shape == "triangle":
-        triangle = Triangle(run.amplitude, run.angular_frequency, cycles)
-        return [MoveTo(position, -run.amplitude), triangle, Hold(-run.amplitude, settle)]
-    sine = Sine(run.amplitude, run.angular_frequency, cycles)
-    return [MoveTo(position, 0.0), Hold(0.0, settle), sine, Hold(0.0, settle)]
+        return DriveMove(command, Shape.TRIANGLE, 0.0, run.amplitude, run.angular_frequency, run.duration)
+    cycles = max(1, math.ceil(run.duration * run.angular_frequency / (2.0 * math.pi) - 1e-9))
+    return DriveSine(command, run.amplitude, run.angular_frequency, cycles)

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from gsense_rig.campaign.triangle import triangle_is_possible
+from gsense_rig.control.triangle import triangle_is_possible
 from gsense_rig.sensors.mounting import MOUNTINGS
 
 SHAPES = ("sine", "triangle", "static")

@@ -127,7 +127,7 @@ def _mechanical(drive: DriveParameters, current: Array, velocity: Array, acceler
 def _mechanical_at(eta: float, columns: Array, force: Array, sign: Array) -> tuple[float, float, Array]:
     """Rms of what a fit with a gear efficiency leaves [N], the efficiency, the fit's coefficients."""
     share = np.where(force * sign >= 0.0, eta, 1.0 / eta)
-    solution, *_ = np.linalg.lstsq(columns / share[:, None], force, rcond=None)
+    solution = np.asarray(np.linalg.lstsq(columns / share[:, None], force, rcond=None)[0], dtype=np.float64)
     return float(np.sqrt(np.mean((force - columns @ solution / share) ** 2))), float(eta), solution
 
 

@@ -38,6 +38,9 @@ class LoopProcess:
         on_telemetry: called for every telemetry message, in order.
         on_health: called once a second.
         on_end: called once when the process ends unasked.
+
+    Attributes:
+        telemetry: the newest, None before the first.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class LoopProcess:
         self._interval = _SIGN_OF_LIFE if patience is None else min(_SIGN_OF_LIFE, patience / 4.0)
         self._closing = threading.Event()
         self._first: Future[None] = Future()
+        self.telemetry: Telemetry | None = None
         self._launch()
         self._send(spec)
         self._receiver = threading.Thread(target=self._receive, name="loop telemetry", daemon=True)
@@ -162,6 +166,7 @@ class LoopProcess:
 
     def _dispatch(self, item: Any) -> None:
         if isinstance(item, Telemetry):
+            self.telemetry = item
             if not self._first.done():
                 self._first.set_result(None)
             self._on_telemetry(item)

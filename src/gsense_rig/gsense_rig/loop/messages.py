@@ -3,7 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from gsense_rig.plant.parameters import DriveParameters
 
 
 @dataclass(frozen=True)
@@ -37,7 +44,49 @@ class DriveSine:
     cycles: int
 
 
-Command = Home | Stop | Reset | DriveSine
+class Shape(IntEnum):
+    """Shapes of a DriveMove; the numbers are those of gsense_msgs/Move."""
+
+    HOLD = 0
+    STEP = 1
+    TRIANGLE = 2
+
+
+@dataclass(frozen=True)
+class DriveMove:
+    """Go to a position and hold it there; as a step at the drive's limits; or drive a triangle about it."""
+
+    id: int
+    shape: int  # a Shape
+    position: float  # m
+    amplitude: float = 0.0  # m, triangle
+    angular_frequency: float = 0.0  # rad/s, triangle
+    duration: float = 0.0  # s held at the position; of the triangle, in whole periods at least as long
+
+
+@dataclass(frozen=True)
+class Park:
+    """Go where the board is turned or changed; the motor is then off."""
+
+    id: int
+
+
+@dataclass(frozen=True)
+class Tune:
+    """Make the move from which the drive is identified; the result has its record."""
+
+    id: int
+
+
+@dataclass(frozen=True)
+class UseModel:
+    """Believe an identified drive from now on; at rest alone."""
+
+    id: int
+    drive: DriveParameters
+
+
+Command = Home | Stop | Reset | DriveSine | DriveMove | Park | Tune | UseModel
 
 
 class Reply(NamedTuple):
@@ -54,7 +103,8 @@ class Result(NamedTuple):
     id: int
     success: bool
     message: str
-    rms_error: float = 0.0  # m, tracking error over the steady part of a sine
+    rms_error: float = 0.0  # m, tracking error over the part of a motion that counts (a sine at full amplitude)
+    record: NDArray[np.float64] | None = None  # of a tune move, shape (n, 3): see control.tuning.identify
 
 
 class Telemetry(NamedTuple):

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from gsense_rig.control.references import Setpoint, Sine, SoftStop
+from gsense_rig.control.references import Setpoint, SoftStop
 from gsense_rig.hardware.interface import HardwareError, HardwareReading
-from gsense_rig.loop.admission import busy_text, refuse_drive
+from gsense_rig.loop.admission import busy_text, refuse_motion
 from gsense_rig.loop.axis import Axis
 from gsense_rig.loop.drive import Bridge, Drive
-from gsense_rig.loop.messages import Command, DriveSine, Home, Reply, Reset, Result, Stop, Telemetry
-from gsense_rig.loop.motion import Motion
+from gsense_rig.loop.messages import (
+    Command,
+    DriveMove,
+    DriveSine,
+    Home,
+    Park,
+    Reply,
+    Reset,
+    Result,
+    Stop,
+    Telemetry,
+    Tune,
+    UseModel,
+)
+from gsense_rig.loop.motion import Motion, motion_of
 from gsense_rig.loop.work import Work
 from gsense_rig.safety.homing import Homing, Phase
 from gsense_rig.safety.machine import Finding, StateMachine
@@ -63,7 +77,9 @@ class RigLoop:
             return self._stop(command, self._now)
         if isinstance(command, Reset):
             return self._reset(command)
-        return self._sine(command, reading, self._now)
+        if isinstance(command, UseModel):
+            return self._use_model(command)
+        return self._move(command, reading, self._now)
 
     def abort(self, fault: Fault, text: str) -> None:
         """Enter FAULT on a finding from outside (the command source is gone)."""
@@ -88,19 +104,24 @@ class RigLoop:
         self._begin(Mode.HOMING, now)
         return Reply(command.id, True, "homing")
 
-    def _sine(self, command: DriveSine, reading: HardwareReading, now: float) -> Reply:
+    def _move(self, command: DriveSine | DriveMove | Park | Tune, reading: HardwareReading, now: float) -> Reply:
         machine, p = self.machine, self.parameters
-        reason = refuse_drive(command, machine.mode, machine.fault_text, reading.switches, p)
+        reason = refuse_motion(command, machine.mode, machine.fault_text, reading.switches, p)
         if reason is not None:
             return Reply(command.id, False, reason)
-        sine = Sine(command.amplitude, command.angular_frequency, command.cycles)
-        self.follow(Motion.sine(command.id, sine, self._axis.position, p.settle, now))
-        return Reply(command.id, True, f"{sine.duration:.1f} s of motion")
+        motion = motion_of(command, self._axis.position, now, p)
+        self._work.begin_motion(motion, now)
+        self._begin(Mode.RUNNING, now)
+        return Reply(command.id, True, f"{motion.duration:.1f} s of motion")
 
-    def follow(self, motion: Motion) -> None:
-        """Begin a motion that was found to be within the limits; the rig must be IDLE."""
-        self._work.begin_motion(motion, motion.start)
-        self._begin(Mode.RUNNING, motion.start)
+    def _use_model(self, command: UseModel) -> Reply:
+        if not self.at_rest:
+            return Reply(command.id, False, busy_text(self.machine.mode, self.machine.fault_text))
+        self.parameters = replace(self.parameters, model=command.drive, tuned=True)
+        self._axis.use_model(self.parameters)
+        self._drive.use_model(self.parameters)
+        self._work.finish(command.id, True, "the identified drive is in use")
+        return Reply(command.id, True, "taken over")
 
     def _stop(self, command: Stop, now: float) -> Reply:
         mode = self.machine.mode
@@ -165,13 +186,15 @@ class RigLoop:
         if self._drive.brake.active:
             return self._act_braking(now)
         if self._work.motion is not None:
-            return self._act_motion(self._work.motion, now)
+            return self._act_motion(self._work.motion, now, reading)
         return self._drive.off()
 
-    def _act_motion(self, motion: Motion, now: float) -> Bridge:
+    def _act_motion(self, motion: Motion, now: float, reading: HardwareReading) -> Bridge:
         setpoint = motion.setpoint(now)
         if setpoint is not None:
             motion.note_error(now, setpoint.position - self._axis.position)
+            if motion.record is not None:
+                motion.record.append((self._axis.position, self._axis.output.duty, reading.current))
             return self._drive.follow(setpoint)
         if self.machine.mode is Mode.STOPPING:
             self._begin_brake(now)

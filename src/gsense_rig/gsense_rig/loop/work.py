@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gsense_rig.loop.messages import Result
 
 if TYPE_CHECKING:
@@ -58,7 +60,8 @@ class Work:
     def end_motion(self, message: str) -> None:
         """The motion reached its end."""
         if self.motion is not None:
-            self.finish(self.motion.command, True, message, self.motion.rms_error)
+            record = None if self.motion.record is None else np.array(self.motion.record)
+            self._results.append(Result(self.motion.command, True, message, self.motion.rms_error, record))
         self.motion = None
 
     def end_homing(self, message: str) -> None:

@@ -19,11 +19,12 @@ def triangle_is_possible(amplitude: float, angular_frequency: float) -> bool:
 
 @dataclass(frozen=True)
 class Triangle:
-    """Whole periods from rest at -amplitude to rest at -amplitude; turns exactly at +-amplitude."""
+    """Whole periods about a centre, from rest at -amplitude to rest at -amplitude; turns exactly at +-amplitude."""
 
     amplitude: float  # m
     angular_frequency: float  # rad/s
     cycles: int
+    centre: float = 0.0  # m
 
     def __post_init__(self) -> None:
         if not triangle_is_possible(self.amplitude, self.angular_frequency):
@@ -48,7 +49,7 @@ class Triangle:
     def at(self, elapsed: float) -> Setpoint:
         """Setpoint; at rest at -amplitude before and after."""
         if elapsed <= 0.0 or elapsed >= self.duration:
-            return Setpoint(-self.amplitude, 0.0, 0.0)
+            return Setpoint(self.centre - self.amplitude, 0.0, 0.0)
         index, t = divmod(elapsed, self.half)
         sign = 1.0 if int(index) % 2 == 0 else -1.0
         a, v = CORNER_ACCELERATION, self.speed
@@ -60,4 +61,4 @@ class Triangle:
         else:
             left = self.half - t
             travelled, speed, push = 2.0 * self.amplitude - 0.5 * a * left * left, a * left, -a
-        return Setpoint(sign * (travelled - self.amplitude), sign * speed, sign * push)
+        return Setpoint(self.centre + sign * (travelled - self.amplitude), sign * speed, sign * push)
