@@ -23,6 +23,7 @@ setup(
         "console_scripts": [
             "rig = gsense_rig.rig_node:main",
             "record = gsense_rig.record:main",
+            "tracking = gsense_rig.tracking:main",
             "simulate = gsense_rig.simulate:main",
             "campaign = gsense_rig.campaign.command:main",
             "demo = gsense_rig.demo:main",

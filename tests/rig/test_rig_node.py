@@ -17,7 +17,7 @@ pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace (./rig 
 
 from diagnostic_msgs.msg import DiagnosticArray  # noqa: E402
 from geometry_msgs.msg import PoseStamped  # noqa: E402
-from gsense_msgs.action import Sinusoid  # noqa: E402
+from gsense_msgs.action import Move, Sinusoid  # noqa: E402
 from gsense_msgs.msg import RigState  # noqa: E402
 from rclpy.action import ActionClient  # noqa: E402
 from rclpy.context import Context  # noqa: E402
@@ -91,6 +91,11 @@ class Client:
         goal = Sinusoid.Goal(amplitude=amplitude, angular_frequency=angular_frequency, cycles=cycles)
         return self.wait(action.send_goal_async(goal, feedback_callback=feedback))
 
+    def move(self, **goal):
+        action = ActionClient(self.node, Move, "rig/move")
+        assert action.wait_for_server(40.0)
+        return self.wait(action.send_goal_async(Move.Goal(**goal)))
+
     def close(self):
         self.executor.shutdown(timeout_sec=2.0)
         self.context.try_shutdown()
@@ -139,6 +144,47 @@ def test_home_drive_cancel_and_end(tmp_path, client):
         node.kill()
         node.wait()
         node.stderr.close()
+
+
+@pytest.mark.graph
+def test_move_park_and_tune(tmp_path, client):
+    path = tmp_path / "drive.yaml"
+    node = start_node(tmp_path, "seed:=4", f"drive_file:={path}")
+    try:
+        assert not client.move(shape=Move.Goal.HOLD, position=0.1).accepted  # not homed
+        assert "not homed" in client.call("rig/park").message
+        assert client.call("rig/home").success
+        assert not client.move(shape=Move.Goal.STEP, position=0.3).accepted
+        assert not client.move(shape=7).accepted
+        for goal, end in (
+            ({"shape": Move.Goal.STEP, "position": 0.15, "duration": 0.2}, 0.15),
+            ({"shape": Move.Goal.TRIANGLE, "position": 0.05, "amplitude": 0.1, "angular_frequency": 4.0}, -0.05),
+            ({"shape": Move.Goal.HOLD, "position": -0.1, "duration": 0.5}, -0.1),
+        ):
+            handle = client.move(**goal)
+            assert handle.accepted
+            outcome = client.wait(handle.get_result_async()).result
+            assert outcome.success, outcome.message
+            assert 0.0 < outcome.rms_error < 2e-3
+            assert client.got["rig/pose"][-1].pose.position.x == pytest.approx(end, abs=1e-3)
+        assert client.call("rig/park").success
+        assert client.got["rig/pose"][-1].pose.position.x == pytest.approx(-0.2, abs=1e-3)
+        tuned = client.call("rig/tune")
+        assert tuned.success, tuned.message
+        assert "carriage_mass" in tuned.message
+        assert "carriage_mass" in path.read_text()
+        node.send_signal(signal.SIGINT)
+        assert node.wait(20) == 0
+    finally:
+        node.kill()
+        node.wait()
+        node.stderr.close()
+    path.write_text("schema: gsense-drive/1\ndrive: {carriage_mass: heavy}\n")
+    node = start_node(tmp_path, f"drive_file:={path}")
+    _, errors = node.communicate(timeout=60)
+    assert node.returncode == 2
+    assert "`carriage_mass` is not a number" in errors
+    assert "Traceback" not in errors
 
 
 def check_motion(poses, joints, states):

@@ -52,8 +52,6 @@ if TYPE_CHECKING:
 _REPLY_TIMEOUT = 5.0  # s; the loop answers within a period, a loaded machine takes longer
 _HOMING_TIMEOUT = 60.0  # s
 _MOTION_TIMEOUT = 60.0  # s; parking takes 2, tuning 11
-RIG_PARK = "rig/park"
-RIG_TUNE = "rig/tune"
 _STATE_EVERY = 4  # poses to one state: 50 Hz
 
 
@@ -90,8 +88,8 @@ class RigNode(Node):
             (Topics.RIG_HOME, self._on_home),
             (Topics.RIG_STOP, self._on_stop),
             (Topics.RIG_RESET, self._on_reset),
-            (RIG_PARK, self._on_park),
-            (RIG_TUNE, self._on_tune),
+            (Topics.RIG_PARK, self._on_park),
+            (Topics.RIG_TUNE, self._on_tune),
         ):
             self.create_service(Trigger, name, callback, callback_group=group)
         self._actions = [MotionServer(self, self.loop, kind, self._refusal, group) for kind in MOTIONS]

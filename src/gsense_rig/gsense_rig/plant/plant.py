@@ -61,6 +61,11 @@ class Plant:
         return float(self._state[state.SPEED])
 
     @property
+    def acceleration(self) -> float:
+        """True acceleration [m/s²]."""
+        return float(self._state[state.ACCELERATION])
+
+    @property
     def encoder_position(self) -> float:
         """True position of the belt on the pulley, where the encoder is [m]; the belt's stretch away from position."""
         return float(self._state[state.PULLEY])

@@ -1,0 +1,1 @@
+"""How well the rail is controlled: sines on plants that are not what the controller believes, judged by the truth."""
