@@ -71,8 +71,8 @@ def document(pi: Figures, judged: list[Judged], untuned: Figures, tuned: Figures
     nominal = next(j for j in judged if j.plant == NOMINAL)
     heading = (
         f"Tracking at the encoder, 0.15 m: rms (target {RMS_TARGET * 1e3:g} mm), phase (target {PHASE_TARGET:g} deg), "
-        "and what the accelerometer\nfeels beside the sine (44 Hz filter). PI and feed-forward on the plant as believed; "
-        f"the worst of {len(judged)} plants."
+        "and what the accelerometer\nfeels beside the sine (44 Hz filter). PI and feed-forward on the plant as "
+        f"believed; the worst of {len(judged)} plants."
     )
     parts = (
         heading,
