@@ -129,7 +129,8 @@ class _Bar:
 
     def close(self) -> None:
         """Takes the bar away."""
-        self._progress.stop()
+        if self._progress.live.is_started:
+            self._progress.stop()
 
     def show(self, step: Step) -> None:
         """Where the campaign is."""
@@ -147,7 +148,7 @@ class _Bar:
         """A question, and its answer; raises EOFError where nobody is there."""
         if not sys.stdin.isatty():
             raise EOFError
-        self._progress.stop()
+        self.close()
         self._console.input(question)
         if self._console.is_terminal:
             self._progress.start()
