@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 
 class AttitudeFilter(Protocol):
@@ -24,6 +25,12 @@ class AttitudeFilter(Protocol):
 
     @quaternion.setter
     def quaternion(self, value: FloatArray) -> None: ...
+
+    def prepare(self, period_s: float, field_period_s: float | None) -> None:
+        """Told before the first sample, from the first second: usual intervals of samples and fields (None: none), s.
+
+        For filters whose coefficients rest on a fixed rate; intervals are still taken from the stamps.
+        """
 
     def update(
         self, dt: float, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None

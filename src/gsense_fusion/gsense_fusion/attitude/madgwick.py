@@ -15,15 +15,14 @@ The report's earth frame has its x axis north; here it is east-north-up, so the 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from math import cos, isfinite, sin, sqrt
+from math import sqrt
 
 import numpy as np
 from numba import njit
 
+from .compiled import CompiledFilter, require_not_negative, unit_quaternion
 from .interface import FloatArray
-
-_NO_FIELD = np.full(3, np.nan)
-_SIGNATURE = "void(f8[::1], f8, f8[::1], f8[::1], f8[::1], f8, f8)"
+from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, length, turn
 
 
 @dataclass(frozen=True)
@@ -37,9 +36,7 @@ class MadgwickParameters:
     """rad/s: the same for gravity and magnetic field together. The report's optimum for MARG."""
 
     def __post_init__(self) -> None:
-        for name, value in (("beta_imu", self.beta_imu), ("beta_marg", self.beta_marg)):
-            if not (isfinite(value) and value >= 0):
-                raise ValueError(f"madgwick: {name} must be a number of 0 or more, not {value}")
+        require_not_negative("madgwick", beta_imu=self.beta_imu, beta_marg=self.beta_marg)
 
 
 @dataclass
@@ -50,74 +47,19 @@ class MadgwickState:
     """Body -> ENU, (w, x, y, z), shape (4,)."""
 
 
-class Madgwick:
-    """Madgwick's filter, compiled; MARG for the samples that come with a field, IMU for the others."""
-
-    def __init__(self, parameters: MadgwickParameters | None = None, state: MadgwickState | None = None) -> None:
-        self.parameters = parameters or MadgwickParameters()
-        self.state = state or MadgwickState()
-
-    @property
-    def quaternion(self) -> FloatArray:
-        """Attitude, body -> ENU, shape (4,), a copy."""
-        return self.state.quaternion.copy()
-
-    @quaternion.setter
-    def quaternion(self, value: FloatArray) -> None:
-        value = np.array(value, dtype=np.float64)
-        self.state.quaternion = value / np.linalg.norm(value)
-
-    def update(
-        self, dt: float, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None
-    ) -> FloatArray:
-        """One sample; see `AttitudeFilter.update`. Arrays are C-contiguous float64."""
-        gains = self.parameters
-        _step(
-            self.state.quaternion,
-            dt,
-            angular_rate,
-            specific_force,
-            _NO_FIELD if field is None else field,
-            gains.beta_imu,
-            gains.beta_marg,
-        )
-        return self.state.quaternion.copy()
-
-    def batch(
-        self, dt: FloatArray, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None
-    ) -> FloatArray:
-        """Many samples; see `AttitudeFilter.batch`."""
-        rate = np.ascontiguousarray(angular_rate, dtype=np.float64)
-        force = np.ascontiguousarray(specific_force, dtype=np.float64)
-        fields = np.empty((0, 3)) if field is None else np.ascontiguousarray(field, dtype=np.float64)
-        steps = np.ascontiguousarray(dt, dtype=np.float64)
-        shape = (len(steps), 3)
-        if rate.shape != shape or force.shape != shape or (field is not None and fields.shape != shape):
-            raise ValueError(
-                f"madgwick: dt {steps.shape}, rate {rate.shape}, force {force.shape}, field {fields.shape}"
-            )
-        gains = self.parameters
-        return np.asarray(
-            _batch(self.state.quaternion, steps, rate, force, fields, gains.beta_imu, gains.beta_marg), dtype=np.float64
-        )
+_BETA_IMU, _BETA_MARG = 4, 5
 
 
-@njit(_SIGNATURE, cache=True)
-def _step(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    w, x, y, z = q[0], q[1], q[2], q[3]
+@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
+def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    w, x, y, z = m[0], m[1], m[2], m[3]
 
-    # gyro: q turned by the rate over dt, the exact solution of eq. 12
-    turn = sqrt(rate[0] * rate[0] + rate[1] * rate[1] + rate[2] * rate[2])
-    half = 0.5 * turn * dt
-    s = 0.5 * dt if half < 1e-9 else sin(half) / turn
-    c, sx, sy, sz = cos(half), s * rate[0], s * rate[1], s * rate[2]
-    pw = w * c - x * sx - y * sy - z * sz
-    px = w * sx + x * c + y * sz - z * sy
-    py = w * sy - x * sz + y * c + z * sx
-    pz = w * sz + x * sy - y * sx + z * c
+    # gyro: q turned by the rate over dt, the exact solution of eq. 12; the gradient is taken before
+    turn(m, dt, rate[0], rate[1], rate[2])
+    pw, px, py, pz = m[0], m[1], m[2], m[3]
 
-    norm = sqrt(force[0] * force[0] + force[1] * force[1] + force[2] * force[2])
-    if norm > 0.0 and isfinite(norm):
+    norm = length(force)
+    if norm > 0.0:
         # objective of gravity, eq. 25: the vertical as the attitude predicts it minus as measured
         f1 = 2.0 * (x * z - w * y) - force[0] / norm
         f2 = 2.0 * (w * x + y * z) - force[1] / norm
@@ -127,11 +69,11 @@ def _step(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-unty
         gx = 2.0 * z * f1 + 2.0 * w * f2 - 4.0 * x * f3
         gy = -2.0 * w * f1 + 2.0 * z * f2 - 4.0 * y * f3
         gz = 2.0 * x * f1 + 2.0 * y * f2
-        beta = beta_imu
+        beta = m[_BETA_IMU]
 
-        strength = sqrt(mag[0] * mag[0] + mag[1] * mag[1] + mag[2] * mag[2])
-        if strength > 0.0 and isfinite(strength):
-            beta = beta_marg
+        strength = length(mag)
+        if has_field and strength > 0.0:
+            beta = m[_BETA_MARG]
             mx, my, mz = mag[0] / strength, mag[1] / strength, mag[2] / strength
             # the field in the earth frame, eq. 45
             ex = (1.0 - 2.0 * (y * y + z * z)) * mx + 2.0 * (x * y - w * z) * my + 2.0 * (x * z + w * y) * mz
@@ -159,14 +101,48 @@ def _step(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-unty
             pz -= gain * gz
 
     norm = sqrt(pw * pw + px * px + py * py + pz * pz)
-    q[0], q[1], q[2], q[3] = pw / norm, px / norm, py / norm, pz / norm
+    m[0], m[1], m[2], m[3] = pw / norm, px / norm, py / norm, pz / norm
 
 
-@njit("f8[:, ::1](f8[::1], f8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], f8, f8)", cache=True)
-def _batch(q, dt, rate, force, mag, beta_imu, beta_marg):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+@njit(SIGNATURE_IMU, cache=True)
+def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    _step(m, dt, rate, force, rate, False)
+
+
+@njit(SIGNATURE_FIELD, cache=True)
+def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    _step(m, dt, rate, force, mag, True)
+
+
+@njit(SIGNATURE_BATCH, cache=True)
+def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
-    none = np.full(3, np.nan)
+    fields = mag.shape[0] > 0
     for i in range(dt.shape[0]):
-        _step(q, dt[i], rate[i], force[i], mag[i] if mag.shape[0] > 0 else none, beta_imu, beta_marg)
-        out[i] = q
+        _step(m, dt[i], rate[i], force[i], mag[i] if fields else rate[i], fields)
+        out[i] = m[:4]
     return out
+
+
+class Madgwick(CompiledFilter):
+    """Madgwick's filter, compiled; MARG for the samples that come with a field, IMU for the others."""
+
+    name = "madgwick"
+    _imu = staticmethod(_imu)
+    _field = staticmethod(_field)
+    _batch = staticmethod(_batch)
+
+    def __init__(self, parameters: MadgwickParameters | None = None, state: MadgwickState | None = None) -> None:
+        super().__init__(np.zeros(6))
+        self.parameters = p = parameters or MadgwickParameters()
+        self._memory[_BETA_IMU:] = p.beta_imu, p.beta_marg
+        self.state = state or MadgwickState()
+
+    @property
+    def state(self) -> MadgwickState:
+        """What the filter remembers, a copy."""
+        return MadgwickState(self.quaternion)
+
+    @state.setter
+    def state(self, value: MadgwickState) -> None:
+        self._memory[:4] = unit_quaternion(value.quaternion)

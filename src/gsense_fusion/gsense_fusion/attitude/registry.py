@@ -4,10 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import radians
 from typing import Any
 
+from .bounded import Bounded, BoundedParameters
+from .complementary import Complementary, ComplementaryParameters
+from .gyro_only import GyroOnly, GyroOnlyParameters
 from .interface import AttitudeFilter
+from .kalman import Kalman, KalmanParameters
 from .madgwick import Madgwick, MadgwickParameters
+from .mahony import Mahony, MahonyParameters
+from .rig_aided import RigAided, RigAidedParameters
+from .vqf_library import Vqf, VqfParameters
 
 
 class UnknownFilterError(ValueError):
@@ -22,10 +30,21 @@ class FilterKind:
     """From an instance of `parameters`, in its initial state."""
     parameters: type[Any]
     """Dataclass of its parameters; every field has a default."""
+    uses_carriage: bool = False
+    """Whether it is fed with the specific force less the carriage's acceleration."""
+    own_bias: float = 0.0
+    """rad/s: a bias up to this is the filter's own business and is left in the rate; a larger one is taken off."""
 
 
 FILTERS: dict[str, FilterKind] = {
+    "complementary": FilterKind(Complementary, ComplementaryParameters),
+    "kalman": FilterKind(Kalman, KalmanParameters),
     "madgwick": FilterKind(Madgwick, MadgwickParameters),
+    "mahony": FilterKind(Mahony, MahonyParameters),
+    "vqf": FilterKind(Vqf, VqfParameters, own_bias=radians(1.0)),  # the library searches within 2 deg/s
+    "bounded": FilterKind(Bounded, BoundedParameters),
+    "rig_aided": FilterKind(RigAided, RigAidedParameters, uses_carriage=True),
+    "gyro_only": FilterKind(GyroOnly, GyroOnlyParameters),
 }
 
 
