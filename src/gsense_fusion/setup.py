@@ -22,6 +22,7 @@ setup(
     entry_points={
         "console_scripts": [
             "fusion = gsense_fusion.fusion_node:main",
+            "replay = gsense_fusion.replay:main",
             "close_loop = gsense_fusion.close_loop:main",
             "noise = gsense_fusion.noise:main",
             "calibrate = gsense_fusion.calibrate:main",

@@ -1,8 +1,8 @@
 """`fusion`: attitude of one sensor, live, without and with g-compensation.
 
-Subscribes `<sensor>/imu/data_raw`, `<sensor>/imu/mag`, `<sensor>/temperature`; publishes `<sensor>/<filter>/imu/data`
-and, with a compensation file, `<sensor>/<filter>_gcomp/imu/data`, and `/diagnostics`. All the thinking is in
-`attitude.fusion`.
+Subscribes `<sensor>/imu/data_raw`, `<sensor>/imu/mag`, `<sensor>/temperature`, `battery`, `rig/joint_states`; publishes
+`<sensor>/<filter>/imu/data` and, with a compensation file, `<sensor>/<filter>_gcomp/imu/data`, and `/diagnostics`. All
+the thinking is in `attitude.fusion`.
 """
 
 from __future__ import annotations
@@ -19,15 +19,18 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import Imu, MagneticField, Temperature
+from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
 
-from .attitude import UnknownFilterError, filter_kind
-from .attitude.fusion import Channel, Estimate, Fusion
+from .attitude import UnknownFilterError
+from .attitude.fusion import Fusion
+from .attitude.registry import channels
+from .bags.imu_message import parse_imu
 from .compensation import CompensationError, CompensationFile, load_compensation
 from .fusion_diagnostics import diagnostic
+from .fusion_output import Uncertainty, output_message
 
-_QOS = QoSProfile(depth=2000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
-"""Ten seconds at 200 Hz: a stall of the machine loses nothing."""
+_QOS = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
+"""Ten seconds at 500 Hz: a stall of the machine loses nothing."""
 _UNREPORTED = np.full(3, np.nan)
 
 
@@ -40,16 +43,22 @@ class FusionNode(Node):
         self.sensor = str(self.get_parameter("sensor").value).strip("/")
         file = self._compensation_file()
         names = self._filter_names()
-        self.fusion = Fusion([c for name in names for c in self._channels(name, file is not None)], file)
+        self.fusion = Fusion(channels(names, with_compensation=file is not None, parameters=self._gains()), file)
         self._outputs: dict[str, Any] = {
             channel.name: self.create_publisher(Imu, f"{self.sensor}/{channel.name}/imu/data", _QOS)
             for channel in self.fusion.channels
         }
-        self._tilt_variance = float(self.get_parameter("inclination_stddev").value) ** 2
-        self._heading_variance = float(self.get_parameter("heading_stddev").value) ** 2
+        uncertainty = Uncertainty(
+            float(self.get_parameter("inclination_stddev").value), float(self.get_parameter("heading_stddev").value)
+        )
+        self._covariance = {known: uncertainty.covariance(heading_known=known) for known in (False, True)}
         self._told = ""
-        self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS)
+        self._malformed = 0
+        # as bytes: converting messages into Python objects and back would cost ten times the filters
+        self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS, raw=True)
         self.create_subscription(Temperature, f"{self.sensor}/temperature", self._on_temperature, _QOS)
+        self.create_subscription(BatteryState, "battery", self._on_battery, 10)
+        self.create_subscription(JointState, "rig/joint_states", self._on_joint, _QOS)
         if self._uses_mag():
             self.create_subscription(MagneticField, f"{self.sensor}/imu/mag", self._on_mag, _QOS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -102,12 +111,9 @@ class FusionNode(Node):
             raise UnknownFilterError(f"parameter filter: a name or a list of names is needed, not {value!r}")
         return list(dict.fromkeys(names))
 
-    def _channels(self, name: str, compensated: bool) -> list[Channel]:
-        kind = filter_kind(name)
+    def _gains(self) -> dict[str, dict[str, float]]:
         beta = float(self.get_parameter("beta").value)
-        more = {"beta_imu": beta, "beta_marg": beta} if name == "madgwick" and beta > 0 else {}
-        plain = Channel(name, kind.make(kind.parameters(**more)), False)
-        return [plain, Channel(f"{name}_gcomp", kind.make(kind.parameters(**more)), True)] if compensated else [plain]
+        return {"madgwick": {"beta_imu": beta, "beta_marg": beta}} if beta > 0 else {}
 
     def _uses_mag(self) -> bool:
         value = self.get_parameter("use_mag").value
@@ -117,38 +123,22 @@ class FusionNode(Node):
             raise ValueError(f"parameter use_mag: true, false or auto is needed, not {value!r}")  # noqa: TRY004
         return value
 
-    def _on_imu(self, message: Any) -> None:
-        stamp = message.header.stamp
-        rate, force = message.angular_velocity, message.linear_acceleration
-        if message.angular_velocity_covariance[0] == -1.0:
+    def _on_imu(self, data: bytes) -> None:
+        try:
+            message = parse_imu(data)
+        except ValueError as error:
+            self._malformed += 1
+            self.get_logger().warning(f"{self.sensor}: {self._malformed} messages left out: {error}", once=True)
             return
-        reported = message.linear_acceleration_covariance[0] != -1.0
-        estimates = self.fusion.add_sample(
-            stamp.sec * 1_000_000_000 + stamp.nanosec,
-            np.array([rate.x, rate.y, rate.z]),
-            np.array([force.x, force.y, force.z]) if reported else _UNREPORTED,
-            message,
-        )
+        if message.rate_covariance[0] == -1.0:
+            return
+        force = np.array(message.force) if message.force_covariance[0] != -1.0 else _UNREPORTED
+        estimates = self.fusion.add_sample(message.stamp_ns, np.array(message.rate), force, message)
+        covariance = self._covariance[self.fusion.status.uses_field]
         for estimate in estimates:
-            self._outputs[estimate.channel].publish(self._message(estimate))
+            self._outputs[estimate.channel].publish(output_message(estimate, covariance))
         if estimates and self.fusion.status.start != self._told:
             self._tell()
-
-    def _message(self, estimate: Estimate) -> Any:
-        source = estimate.source
-        message = Imu(header=source.header)
-        turn = message.orientation
-        turn.w, turn.x, turn.y, turn.z = estimate.quaternion.tolist()
-        tilt = self._tilt_variance
-        # without a field the heading is only counted from the start: nothing is known of it
-        heading = self._heading_variance if self.fusion.status.uses_field else np.pi**2
-        message.orientation_covariance = [tilt, 0.0, 0.0, 0.0, tilt, 0.0, 0.0, 0.0, heading]
-        rate = message.angular_velocity
-        rate.x, rate.y, rate.z = estimate.angular_rate.tolist()
-        message.angular_velocity_covariance = source.angular_velocity_covariance
-        message.linear_acceleration = source.linear_acceleration
-        message.linear_acceleration_covariance = source.linear_acceleration_covariance
-        return message
 
     def _on_mag(self, message: Any) -> None:
         field = message.magnetic_field
@@ -156,6 +146,17 @@ class FusionNode(Node):
 
     def _on_temperature(self, message: Any) -> None:
         self.fusion.add_temperature(message.temperature)
+
+    def _on_battery(self, message: Any) -> None:
+        self.fusion.add_supply(message.voltage)
+
+    def _on_joint(self, message: Any) -> None:
+        index = message.name.index("carriage") if "carriage" in message.name else 0
+        if index >= len(message.position):
+            return
+        velocity = message.velocity[index] if index < len(message.velocity) else np.nan
+        stamp = message.header.stamp
+        self.fusion.add_carriage(stamp.sec * 1_000_000_000 + stamp.nanosec, message.position[index], velocity)
 
     def _tell(self) -> None:
         status = self.fusion.status

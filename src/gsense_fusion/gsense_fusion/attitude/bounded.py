@@ -10,8 +10,8 @@ Error state: tilt about east and north, bias (3, body), velocity (3, earth); the
 and is no state. Between samples the attitude follows the gyro; the covariance and the corrections go in steps of
 `step_s`. The noise of the rate grows with the rate (scale, misalignment), that of the specific force with the
 acceleration. The equations are those of an inertial navigation system aided by zero velocity (P. Groves, "Principles
-of GNSS, Inertial, and Multisensor Integrated Navigation Systems", 2nd ed., chapters 5, 14 and 15), with an expectation in
-place of a known standstill.
+of GNSS, Inertial, and Multisensor Integrated Navigation Systems", 2nd ed., chapters 5, 14 and 15), with an expectation
+in place of a known standstill.
 
 The heading is an angle between the filter's earth frame and ENU, which follows the horizontal field with a time
 constant (faster at first); fields whose strength or dip are off are not used, until they stay.

@@ -194,7 +194,11 @@ def _undisturbed(m, age, norm, dip):  # type: ignore[no-untyped-def] # noqa: ANN
         m[_DIP] += share * (dip - m[_DIP])
         m[_OFF] = 0.0
         return True
-    if m[_OFF] == 0.0 or abs(norm - m[_OFF_NORM]) > m[_STRENGTH] * m[_OFF_NORM] or abs(dip - m[_OFF_DIP]) > m[_DIP_LIMIT]:
+    if (
+        m[_OFF] == 0.0
+        or abs(norm - m[_OFF_NORM]) > m[_STRENGTH] * m[_OFF_NORM]
+        or abs(dip - m[_OFF_DIP]) > m[_DIP_LIMIT]
+    ):
         m[_OFF_NORM], m[_OFF_DIP], m[_OFF] = norm, dip, 0.0
     m[_OFF] += max(age, 1e-3)
     if m[_OFF] > m[_NEW_S]:

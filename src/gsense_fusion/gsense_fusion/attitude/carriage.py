@@ -26,9 +26,9 @@ class CarriageParameters:
     """How the acceleration is found and taken off."""
 
     window_s: float = 0.12
-    """s. Small: noise of the encoder (50 um steps: 0.005 m/s^2 at 0.12 s); large: bends fast motion (8 rad/s: 1.6 %)."""
+    """s. Small: noise of the encoder (50 um steps: 5 mm/s^2 at 0.12 s); large: bends fast motion (8 rad/s: 1.6 %)."""
     delay_s: float = 0.08
-    """s, age of the cleaned specific force; what it is longer than half the window is the time that a position may take."""
+    """s, age of the cleaned specific force; positions may come late by this less half the window."""
     force_deviation: float = 0.05
     """m/s^2, noise of the accelerometer per sample."""
     doubt: float = 0.2
@@ -49,11 +49,14 @@ _PRIOR = (100.0, 1.0, 4e-4)
 _WALK = (1e-3, 1e-6, 1e-10)
 """Growth of these per s: a board may be turned by hand, a mounting may give."""
 _LEAST_POSITIONS = 8
+_MOST_POSITIONS = 1 << 24
+_SLACK_S = 0.1
+_NEW_BEGINNING_NS = 1_000_000_000
 
 
 @njit("f8[::1](f8[::1], f8[::1], f8, f8)", cache=True)
 def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """Acceleration and jerk at `at` of the best cubic within `half` around it; NaN where there are too few positions."""
+    """Acceleration and jerk at `at` of the best cubic within `half` around it; NaN with too few positions."""
     lo, hi = np.searchsorted(t, at - half), np.searchsorted(t, at + half, side="right")
     out = np.full(2, np.nan)
     if hi - lo < _LEAST_POSITIONS or t[lo] > at - 0.7 * half or t[hi - 1] < at + 0.7 * half:
@@ -75,7 +78,7 @@ def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN0
 
 @njit("f8[::1](f8[:, ::1], f8[:, ::1], f8, f8[::1], f8[::1], f8, f8)", cache=True)
 def _clean(p, c, dt, force, motion, variance, doubt):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """One step of the regression (covariance p, coefficients c: 3 axes x [1, acceleration, jerk]); the cleaned force."""
+    """A step of the regression (covariance p, coefficients c: 3 axes x [1, acceleration, jerk]); the cleaned force."""
     out = np.full(3, np.nan)
     if not (np.isfinite(motion).all() and np.isfinite(force).all()):
         return out
@@ -94,95 +97,85 @@ def _clean(p, c, dt, force, motion, variance, doubt):  # type: ignore[no-untyped
     return out
 
 
-@njit("f8[:, ::1](f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], f8[::1], f8[::1], f8, f8, f8, f8)", cache=True)
-def _clean_all(p, c, t, force, pt, position, half, delay, variance, doubt):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    out = np.full((t.shape[0], 3), np.nan)
-    at, before = -1, -1
-    for i in range(t.shape[0]):
+@njit(
+    "Tuple((f8[:, ::1], i8))(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], i8, f8[::1], f8[::1], f8[::1], f8, f8[::1])",
+    cache=True,
+)
+def _clean_all(p, c, t, force, first, pt, position, settings, last_t, last):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Cleaned forces of the samples from `first` on, and the newest sample that was cleaned (-1: none)."""
+    half, delay, variance, doubt = settings
+    out = np.empty((t.shape[0] - first, 3))
+    current, used = last.copy(), -1
+    for i in range(first, t.shape[0]):
+        at = used
         while at + 1 < i and t[at + 1] <= t[i] - delay:
             at += 1
-        if at < 0:
-            continue
-        if at == before:
-            out[i] = out[i - 1]
-            continue
-        dt = 0.0 if before < 0 else t[at] - t[before]
-        out[i] = _clean(p, c, dt, force[at], _motion(pt, position, t[at], half), variance, doubt)
-        before = at
-    return out
+        if at > used:
+            dt = t[at] - last_t if last_t >= 0.0 else 0.0
+            current = _clean(p, c, dt, force[at], _motion(pt, position, t[at], half), variance, doubt)
+            used, last_t = at, t[at]
+        out[i - first] = current
+    return out, used
 
 
 class CarriageAid:
-    """Positions and specific forces in, cleaned specific forces out, sample by sample."""
+    """Positions, specific forces in, cleaned specific forces out: sample by sample, or in blocks, with one result."""
 
     def __init__(self, parameters: CarriageParameters | None = None) -> None:
         self.parameters = parameters or CarriageParameters()
-        self.reset()
+        self._positions: deque[tuple[int, float]] = deque(maxlen=_MOST_POSITIONS)
+        self.restart()
 
-    def reset(self) -> None:
-        """Forget all but the parameters."""
+    def restart(self) -> None:
+        """Forget mounting and specific forces, and go on with the positions."""
         self._covariance = np.diag(_PRIOR)
         self._coefficients = np.zeros((3, 3))
         self._origin: int | None = None
-        self._positions: deque[tuple[int, float]] = deque(maxlen=4096)
         self._forces: deque[tuple[float, FloatArray]] = deque()
         self._last: tuple[float, FloatArray] | None = None
 
     def add_position(self, stamp_ns: int, position: float) -> None:
-        """A position of the carriage, m; one that is not younger than the newest is left out."""
-        if np.isfinite(position) and (not self._positions or stamp_ns > self._positions[-1][0]):
-            self._positions.append((stamp_ns, position))
+        """A position of the carriage, m; one that is before the newest by a second is a new beginning."""
+        if not np.isfinite(position):
+            return
+        if self._positions and stamp_ns <= self._positions[-1][0]:
+            if self._positions[-1][0] - stamp_ns < _NEW_BEGINNING_NS:
+                return
+            self._positions.clear()
+        self._positions.append((stamp_ns, position))
 
     def clean(self, stamp_ns: int, specific_force: FloatArray) -> FloatArray:
         """Cleaned specific force of `delay_s` ago, m/s^2, shape (3,); NaN where it is not known. Stamps increase."""
-        if self._origin is None:
-            self._origin = stamp_ns
-        now = (stamp_ns - self._origin) * 1e-9
-        self._forces.append((now, specific_force))
-        sample: tuple[float, FloatArray] | None = None
-        while self._forces and self._forces[0][0] <= now - self.parameters.delay_s:
-            sample = self._forces.popleft()
-        if sample is None:
-            return self._last[1] if self._last is not None else np.full(3, np.nan)
-        at, force = sample
-        p = self.parameters
-        t, position = self._recent(at)
-        motion = _motion(t, position, at, 0.5 * p.window_s)
-        dt = 0.0 if self._last is None else at - self._last[0]
-        cleaned = _clean(self._covariance, self._coefficients, dt, force, motion, p.force_deviation**2, p.doubt)
-        self._last = (at, cleaned)
-        return np.asarray(cleaned, dtype=np.float64)
-
-    def _recent(self, at: float) -> tuple[FloatArray, FloatArray]:
-        """Positions of the window and after, older ones are dropped."""
-        origin = self._origin or 0
-        oldest = origin + round((at - self.parameters.window_s) * 1e9)
+        oldest = stamp_ns - round((self.parameters.delay_s + self.parameters.window_s + _SLACK_S) * 1e9)
         while self._positions and self._positions[0][0] < oldest:
             self._positions.popleft()
-        t = np.array([(stamp - origin) * 1e-9 for stamp, _ in self._positions], dtype=np.float64)
-        return t, np.array([position for _, position in self._positions], dtype=np.float64)
+        return np.asarray(self.clean_block(np.array([stamp_ns]), specific_force[None])[0])
 
-    def clean_all(
-        self, stamp_ns: IntArray, specific_force: FloatArray, position_stamp_ns: IntArray, position: FloatArray
-    ) -> FloatArray:
-        """The same for a recording from its start, shape (n, 3)."""
+    def clean_block(self, stamp_ns: IntArray, specific_force: FloatArray) -> FloatArray:
+        """The same for samples whose positions have been added, shape (n, 3)."""
         if not len(stamp_ns):
             return np.empty((0, 3))
-        self.reset()
+        if self._origin is None:
+            self._origin = int(stamp_ns[0])
+        before = np.array([t for t, _ in self._forces])
+        t = np.concatenate([before, (stamp_ns - self._origin) * 1e-9])
+        force = np.concatenate([np.array([f for _, f in self._forces]).reshape(-1, 3), specific_force])
+        places = np.array([stamp for stamp, _ in self._positions], dtype=np.int64)
         p = self.parameters
-        origin = stamp_ns[0]
-        return np.asarray(
-            _clean_all(
-                self._covariance,
-                self._coefficients,
-                (stamp_ns - origin) * 1e-9,
-                np.ascontiguousarray(specific_force, dtype=np.float64),
-                (position_stamp_ns - origin) * 1e-9,
-                np.ascontiguousarray(position, dtype=np.float64),
-                0.5 * p.window_s,
-                p.delay_s,
-                p.force_deviation**2,
-                p.doubt,
-            ),
-            dtype=np.float64,
+        last_t, last = self._last if self._last is not None else (-1.0, np.full(3, np.nan))
+        out, used = _clean_all(
+            self._covariance,
+            self._coefficients,
+            t,
+            np.ascontiguousarray(force),
+            len(before),
+            (places - self._origin) * 1e-9,
+            np.array([position for _, position in self._positions], dtype=np.float64),
+            np.array([0.5 * p.window_s, p.delay_s, p.force_deviation**2, p.doubt]),
+            last_t,
+            last,
         )
+        if used >= 0:
+            self._last = (float(t[used]), np.array(out[-1]))
+        self._forces = deque((float(t[i]), force[i].copy()) for i in range(used + 1, len(t)))
+        return np.asarray(out, dtype=np.float64)

@@ -59,7 +59,7 @@ class CompiledFilter:
 
 
 def unit_quaternion(value: FloatArray) -> FloatArray:
-    """The quaternion scaled to length 1, shape (4,).
+    """The quaternion scaled to length 1, shape (4,); one that is of length 1 but for rounding stays as it is.
 
     Raises:
         ValueError: not four finite numbers, or all zero.
@@ -68,7 +68,7 @@ def unit_quaternion(value: FloatArray) -> FloatArray:
     norm = float(np.linalg.norm(array)) if array.shape == (4,) else 0.0
     if not (np.isfinite(norm) and norm > 0):
         raise ValueError(f"a quaternion (w, x, y, z) is needed, not {value}")
-    return np.asarray(array / norm, dtype=np.float64)
+    return array if abs(norm - 1.0) < 1e-12 else np.asarray(array / norm, dtype=np.float64)
 
 
 def checked(

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
-from gsense_fusion.compensation import CompensationFile, Compensator
+from gsense_fusion.compensation import CompensationFile
 
 from .initial import attitude_at_rest, headed, levelled
-from .interface import AttitudeFilter, FloatArray
+from .interface import FloatArray
 from .rest import is_rest
+from .stream import SUPPLY, TEMPERATURE, VELOCITY, Channel, Sample, Stream
 from .timing import StepKind, StepTimer, TimingCounts
 
 
@@ -30,15 +31,6 @@ class FusionSettings:
     """Length of the stretch at rest that gives bias and attitude."""
     longest_step_s: float = 0.1
     """Intervals are cut to this; see `StepTimer`."""
-
-
-@dataclass(frozen=True)
-class Channel:
-    """One output: a filter fed with the raw or with the compensated rate."""
-
-    name: str
-    filter: AttitudeFilter
-    compensated: bool
 
 
 @dataclass(frozen=True)
@@ -72,13 +64,24 @@ class FusionStatus:
 
 
 @dataclass(frozen=True)
-class _Sample:
+class _Measured:
+    """A sample with what else was known when it came."""
+
     stamp_ns: int
     dt: float
-    rates: dict[bool, FloatArray]
+    rate: FloatArray
     force: FloatArray
     field: FloatArray | None
+    inputs: FloatArray
     source: Any
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A sample of the starting window, and what the streams made of it (raw, compensated)."""
+
+    measured: _Measured
+    samples: tuple[Sample, ...]
 
 
 class Fusion:
@@ -95,18 +98,33 @@ class Fusion:
             raise ValueError("a compensated channel needs a compensation file")
         self.settings = settings or FusionSettings()
         self._file = compensation
-        self._compensator: Compensator | None = None
-        self._temperature: float | None = None
-        self._timer = StepTimer(self.settings.longest_step_s)
+        raw = Stream([c for c in self.channels if not c.compensated], None)
+        compensated = [Stream([c for c in self.channels if c.compensated], compensation)] if compensation else []
+        self.streams = (raw, *compensated)
+        self.timer = StepTimer(self.settings.longest_step_s)
         self._field: FloatArray | None = None
-        self._window: list[_Sample] = []
-        self.status = FusionStatus(self._timer.counts)
+        self._inputs = np.full(3, np.nan)
+        self._window: list[_Measured] = []
+        self._held: list[_Held] = []
+        self.status = FusionStatus(self.timer.counts)
 
     def add_temperature(self, celsius: float) -> None:
-        """The newest die temperature, degrees Celsius."""
-        self._temperature = celsius
-        if self._compensator is not None:
-            self._compensator.set_temperature(celsius)
+        """A new die temperature, degrees Celsius."""
+        self._inputs[TEMPERATURE] = celsius
+
+    def add_supply(self, volts: float) -> None:
+        """The newest supply voltage."""
+        self._inputs[SUPPLY] = volts
+
+    def add_carriage(self, stamp_ns: int, position: float, velocity: float = np.nan) -> None:
+        """The carriage on the rail: position m, velocity m/s (NaN: unknown)."""
+        self._inputs[VELOCITY] = velocity
+        for stream in self.streams:
+            stream.add_position(stamp_ns, position)
+
+    def set_inputs(self, inputs: FloatArray) -> None:
+        """All of temperature (NaN: no new reading), supply and the carriage's velocity at once, shape (3,)."""
+        self._inputs[:] = inputs
 
     def add_field(self, field: FloatArray) -> None:
         """A new magnetic field, any unit, shape (3,); used with the next sample."""
@@ -130,125 +148,144 @@ class Fusion:
         """
         if not np.isfinite(angular_rate).all():
             return []
-        kind, dt = self._timer.step(stamp_ns)
-        self.status.usual_s = self._timer.usual_s
+        kind, dt = self.timer.step(stamp_ns)
+        self.status.usual_s = self.timer.usual_s
         if kind is StepKind.DROP:
             return []
         if kind is StepKind.RESET:
-            self._window.clear()
-            self._compensator = None
-            self.status.running = self.status.rest_seen = False
+            self._begin_anew()
+        measured = self._measured(stamp_ns, dt, angular_rate, specific_force, source)
         if self.status.running:
-            sample = self._sample(stamp_ns, dt, angular_rate, specific_force, source)
+            held = self._through(measured)
             if not self.status.rest_seen:
-                self._seek_rest(sample)
-            return self._filter(sample)
+                self._seek_rest(held)
+            return self._filter(held)
         # compensated only at the start, when the temperature is known
-        self._window.append(_Sample(stamp_ns, dt, {False: angular_rate}, specific_force, self._take_field(), source))
+        self._window.append(measured)
         self.status.start = "starting: collecting the first second"
         if stamp_ns - self._window[0].stamp_ns < self.settings.rest_s * 1e9:
             return []
         return self._start()
 
-    def _take_field(self) -> FloatArray | None:
-        new, self._field = self._field, None
-        return new
+    def _begin_anew(self) -> None:
+        self._window.clear()
+        self._held.clear()
+        for stream in self.streams:
+            stream.restart()
+        self.status.running = self.status.rest_seen = False
 
-    def _sample(self, stamp_ns: int, dt: float, rate: FloatArray, force: FloatArray, source: Any) -> _Sample:
-        rates = {False: rate, True: self._compensated(stamp_ns, rate, force)}
-        return _Sample(stamp_ns, dt, rates, force, self._take_field(), source)
+    def _measured(self, stamp_ns: int, dt: float, rate: FloatArray, force: FloatArray, source: Any) -> _Measured:
+        field, self._field = self._field, None
+        inputs = self._inputs.copy()
+        self._inputs[TEMPERATURE] = np.nan  # a reading is used once
+        return _Measured(stamp_ns, dt, rate, force, field, inputs, source)
 
-    def _compensated(self, stamp_ns: int, rate: FloatArray, force: FloatArray) -> FloatArray:
-        return self._compensator.update(stamp_ns, rate, force) if self._compensator is not None else rate
+    def _through(self, m: _Measured) -> _Held:
+        return _Held(m, tuple(s.sample(m.stamp_ns, m.rate, m.force, m.field, m.inputs) for s in self.streams))
 
     def _start(self) -> list[Estimate]:
-        if self._file is not None:
-            self._compensator = Compensator(self._file)
-            if self._temperature is not None:
-                self._compensator.set_temperature(self._temperature)
-        held = [
-            _Sample(
-                s.stamp_ns,
-                s.dt,
-                {False: s.rates[False], True: self._compensated(s.stamp_ns, s.rates[False], s.force)},
-                s.force,
-                s.field,
-                s.source,
-            )
-            for s in self._window
-        ]
-        self._window = held
+        _settle_inputs([m.inputs for m in self._window])
+        self._held = [self._through(measured) for measured in self._window]
+        self._window = []
         status = self.status
-        status.rest_seen = self._window_rests()
+        status.rest_seen = self._held_rests()
         if status.rest_seen:
             self._take_bias()
             status.start = "attitude and bias from the first second at rest"
         else:
             known = self._file is not None and any(self._file.bias)
-            bias = np.array(self._file.bias if self._file is not None else (0.0, 0.0, 0.0))
-            status.bias = {False: bias, True: bias}
+            for stream in self.streams:
+                stream.bias = np.array(self._file.bias if self._file is not None else (0.0, 0.0, 0.0))
             status.start = (
                 "no rest in the first second: attitude from its mean specific force, bias "
                 + ("of the compensation file" if known else "zero")
                 + "; both are corrected at the first second of rest"
             )
+        self._prepare_filters()
         self._set_attitude(first=True)
+        self._show_bias()
         status.running = True
+        held = self._held
         if status.rest_seen:
-            self._window = []
-        return [estimate for sample in held for estimate in self._filter(sample)]
+            self._held = []
+        return [estimate for item in held for estimate in self._filter(item)]
 
-    def _window_rests(self) -> bool:
-        rates = np.array([s.rates[False] for s in self._window])
-        forces = np.array([s.force for s in self._window])
-        return is_rest(rates, forces)
+    def _prepare_filters(self) -> None:
+        first = self._held[0].measured.stamp_ns
+        at = [(h.measured.stamp_ns - first) * 1e-9 for h in self._held if h.measured.field is not None]
+        field_period = (at[-1] - at[0]) / (len(at) - 1) if len(at) > 1 else None
+        for channel in self.channels:
+            channel.filter.prepare(self.timer.usual_s or 0.005, field_period)
+
+    def _held_rests(self) -> bool:
+        return is_rest(
+            np.array([h.measured.rate for h in self._held]), np.array([h.measured.force for h in self._held])
+        )
 
     def _take_bias(self) -> None:
-        self.status.bias = {
-            compensated: np.mean([s.rates[compensated] for s in self._window], axis=0) for compensated in (False, True)
-        }
+        for i, stream in enumerate(self.streams):
+            stream.bias = np.mean([h.samples[i].rate for h in self._held], axis=0)
+
+    def _show_bias(self) -> None:
+        self.status.bias = {False: self.streams[0].bias, True: self.streams[-1].bias}
 
     def _set_attitude(self, first: bool) -> None:
         """From the window's means; later than at the first start without a field, the heading is kept."""
-        forces = np.array([s.force for s in self._window])
-        fields = [s.field for s in self._window if s.field is not None]
-        force = np.mean(forces, axis=0)
-        for channel in self.channels:
-            try:
-                if fields:
-                    channel.filter.quaternion = attitude_at_rest(force, np.mean(fields, axis=0))
-                elif first:
-                    channel.filter.quaternion = attitude_at_rest(force)
-                else:
-                    channel.filter.quaternion = levelled(channel.filter.quaternion, force)
-            except ValueError:  # no accelerometer: the attitude is counted from the start
-                if first:
-                    channel.filter.quaternion = np.array([1.0, 0.0, 0.0, 0.0])
+        for i, stream in enumerate(self.streams):
+            force = np.mean([h.samples[i].force for h in self._held], axis=0)
+            fields = [f for h in self._held if (f := h.samples[i].field) is not None]
+            for channel in stream.channels:
+                try:
+                    if fields:
+                        channel.filter.quaternion = attitude_at_rest(force, np.mean(fields, axis=0))
+                    elif first:
+                        channel.filter.quaternion = attitude_at_rest(force)
+                    else:
+                        channel.filter.quaternion = levelled(channel.filter.quaternion, force)
+                except ValueError:  # no accelerometer: the attitude is counted from the start
+                    if first:
+                        channel.filter.quaternion = np.array([1.0, 0.0, 0.0, 0.0])
 
-    def _seek_rest(self, sample: _Sample) -> None:
+    def _seek_rest(self, held: _Held) -> None:
         """After a start in motion: a sliding second, looked at four times a second."""
-        window = self._window
-        window.append(sample)
+        self._held.append(held)
+        newest = held.measured.stamp_ns
         span = round(self.settings.rest_s * 1e9)
-        if sample.stamp_ns - window[0].stamp_ns < span * 5 // 4:
+        if newest - self._held[0].measured.stamp_ns < span * 5 // 4:
             return
-        self._window = [s for s in window if sample.stamp_ns - s.stamp_ns <= span]
-        if self._window_rests():
+        self._held = [h for h in self._held if newest - h.measured.stamp_ns <= span]
+        if self._held_rests():
             self._take_bias()
+            self._show_bias()
             self._set_attitude(first=False)
             self.status.rest_seen = True
             self.status.start = "started in motion; attitude and bias corrected at the first second of rest"
-            self._window = []
+            self._held = []
 
-    def _filter(self, sample: _Sample) -> list[Estimate]:
-        if sample.field is not None and not self.status.uses_field:
+    def _filter(self, held: _Held) -> list[Estimate]:
+        measured = held.measured
+        if measured.field is not None and not self.status.uses_field:
             self.status.uses_field = True
-            for channel in self.channels:  # one that comes up later: its heading at once, not at the filter's pace
-                channel.filter.quaternion = headed(channel.filter.quaternion, sample.field)
+            for stream, sample in zip(self.streams, held.samples, strict=True):
+                for (
+                    channel
+                ) in stream.channels:  # one that comes up later: its heading at once, not at the filter's pace
+                    if sample.field is not None:
+                        channel.filter.quaternion = headed(channel.filter.quaternion, sample.field)
         estimates = []
-        for channel in self.channels:
-            rate = sample.rates[channel.compensated]
-            unbiased = rate - self.status.bias[channel.compensated]
-            quaternion = channel.filter.update(sample.dt, unbiased, sample.force, sample.field)
-            estimates.append(Estimate(channel.name, sample.stamp_ns, quaternion, rate, sample.source))
+        for stream, sample in zip(self.streams, held.samples, strict=True):
+            for channel in stream.channels:
+                quaternion = stream.update(channel, measured.dt, sample)
+                estimates.append(Estimate(channel.name, measured.stamp_ns, quaternion, sample.rate, measured.source))
         return estimates
+
+
+def _settle_inputs(inputs: list[FloatArray]) -> None:
+    """What became known of temperature and supply within the first second is taken to hold from its start."""
+    for column in (TEMPERATURE, SUPPLY):
+        known = [row[column] for row in inputs if np.isfinite(row[column])]
+        for i, row in enumerate(inputs):
+            if known and (column == SUPPLY or i == 0):
+                row[column] = known[-1]
+            elif column == TEMPERATURE:
+                row[column] = np.nan

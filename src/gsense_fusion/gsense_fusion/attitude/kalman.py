@@ -15,7 +15,7 @@ is R / (1 - v^2), that of the magnetic heading R_heading / v^2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import radians
 
 import numpy as np

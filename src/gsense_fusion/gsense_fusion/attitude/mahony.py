@@ -5,7 +5,7 @@ Trans. Automatic Control 53(5), 2008, the explicit filter (equations 32): the ra
 measured and predicted directions, and their integral is the gyro's bias.
 
 The magnetic direction is compared with a field of the same inclination that points north, as Madgwick does, so it
-needs no knowledge of the place. It comes more seldom than the rate: its correction acts for the time since the last one.
+needs no knowledge of the place. It comes more seldom than the rate: its correction acts for the time since the last.
 """
 
 from __future__ import annotations

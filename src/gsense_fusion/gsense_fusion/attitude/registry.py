@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
 from typing import Any
@@ -15,6 +15,7 @@ from .kalman import Kalman, KalmanParameters
 from .madgwick import Madgwick, MadgwickParameters
 from .mahony import Mahony, MahonyParameters
 from .rig_aided import RigAided, RigAidedParameters
+from .stream import Channel
 from .vqf_library import Vqf, VqfParameters
 
 
@@ -58,3 +59,28 @@ def filter_kind(name: str) -> FilterKind:
         return FILTERS[name]
     except KeyError:
         raise UnknownFilterError(f"no filter {name!r}; there are: {', '.join(sorted(FILTERS))}") from None
+
+
+def channels(
+    names: Sequence[str], *, with_compensation: bool, parameters: Mapping[str, Mapping[str, float]] | None = None
+) -> list[Channel]:
+    """The outputs of some filters: `<filter>`, and with compensation `<filter>_gcomp` beside it.
+
+    Args:
+        names: of the filters.
+        with_compensation: whether there is a compensation file.
+        parameters: filter -> fields of its parameters that differ from the defaults.
+
+    Raises:
+        UnknownFilterError: there is none of a name.
+        ValueError: a parameter out of its bounds.
+    """
+    out = []
+    for name in dict.fromkeys(names):
+        kind = filter_kind(name)
+        more = dict((parameters or {}).get(name, {}))
+        for compensated in (False, True) if with_compensation else (False,):
+            made = kind.make(kind.parameters(**more))
+            label = f"{name}_gcomp" if compensated else name
+            out.append(Channel(label, made, compensated, kind.uses_carriage, kind.own_bias))
+    return out

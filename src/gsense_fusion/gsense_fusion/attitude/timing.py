@@ -5,6 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from .interface import FloatArray, IntArray
+
+BoolArray = NDArray[np.bool_]
+
 _GAP = 1.6
 """An interval this many times the usual one lacks a sample."""
 
@@ -77,6 +85,25 @@ class StepTimer:
         self._follow(interval)
         return StepKind.NEXT, min(interval, self.longest_s)
 
+    def batch(self, stamp_ns: IntArray) -> tuple[BoolArray, FloatArray, int]:
+        """`step` over many stamps, up to the first that is a RESET (which is not taken).
+
+        Returns:
+            Which of the taken samples are used, their intervals (s, 0 where not used), and how many were taken.
+        """
+        if self._newest_ns is None or self.usual_s is None:
+            raise ValueError("StepTimer.batch goes on after two single steps")
+        c = self.counts
+        counts = np.array([c.samples, c.gaps, c.missing, c.out_of_order, c.repeated], dtype=np.int64)
+        state = np.array([self.usual_s])
+        stamps = np.ascontiguousarray(stamp_ns, dtype=np.int64)
+        used, dt, taken, self._newest_ns = _steps(
+            stamps, self._newest_ns, self.reset_back_ns, self.longest_s, state, counts
+        )
+        self.usual_s = float(state[0])
+        c.samples, c.gaps, c.missing, c.out_of_order, c.repeated = (int(value) for value in counts)
+        return used[:taken], dt[:taken], taken
+
     def _follow(self, interval: float) -> None:
         usual = self.usual_s
         if usual is None or interval < 0.5 * usual:  # a first interval that was a gap is corrected by the next ones
@@ -86,3 +113,29 @@ class StepTimer:
             self.counts.missing += round(interval / usual) - 1
         else:
             self.usual_s = usual + 0.02 * (interval - usual)
+
+
+@njit("Tuple((b1[::1], f8[::1], i8, i8))(i8[::1], i8, i8, f8, f8[::1], i8[::1])", cache=True)
+def _steps(stamps, newest, reset_back, longest, state, counts):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    n = stamps.shape[0]
+    used, dt = np.zeros(n, dtype=np.bool_), np.zeros(n)
+    for i in range(n):
+        stamp = stamps[i]
+        if stamp <= newest:
+            if newest - stamp >= reset_back:
+                return used, dt, i, newest
+            counts[4 if stamp == newest else 3] += 1
+            continue
+        interval = (stamp - newest) * 1e-9
+        newest = stamp
+        counts[0] += 1
+        used[i], dt[i] = True, min(interval, longest)
+        usual = state[0]
+        if interval < 0.5 * usual:
+            state[0] = interval
+        elif interval > _GAP * usual:
+            counts[1] += 1
+            counts[2] += round(interval / usual) - 1
+        else:
+            state[0] = usual + 0.02 * (interval - usual)
+    return used, dt, n, newest

@@ -33,6 +33,8 @@ class Decoded:
 
     stamp_ns: NDArray[np.int64]
     columns: Columns
+    frame_id: str = ""
+    """Of the first message."""
 
 
 @dataclass
@@ -74,10 +76,10 @@ class _Layout:
         self.offsets.append(self.at)
         self.at += size * count
 
-    def header(self) -> None:
+    def header(self) -> str:
         self.take("sec", "i4")
         self.take("nanosec", "u4")
-        self.string()
+        return self.string().decode(errors="replace")
 
 
 def _imu(layout: _Layout) -> None:
@@ -159,7 +161,7 @@ def _decode_fixed(msgtype: str, payloads: list[bytes]) -> Decoded | None:
         return None
     layout = _Layout(first, "<" if first[1] & 1 else ">")
     try:
-        layout.header()
+        frame_id = layout.header()
         _LAYOUTS[msgtype](layout)
     except (ValueError, struct.error):
         return None
@@ -173,7 +175,7 @@ def _decode_fixed(msgtype: str, payloads: list[bytes]) -> Decoded | None:
     rows = np.frombuffer(joined, np.dtype(spec))
     stamp = rows["sec"].astype(np.int64) * 1_000_000_000 + rows["nanosec"]
     names = [name for name in layout.names if name not in ("sec", "nanosec")]
-    return Decoded(stamp, {name: np.ascontiguousarray(rows[name], dtype=np.float64) for name in names})
+    return Decoded(stamp, {name: np.ascontiguousarray(rows[name], dtype=np.float64) for name in names}, frame_id)
 
 
 @lru_cache(maxsize=1)
@@ -189,6 +191,7 @@ def decode_slow(msgtype: str, payloads: list[bytes]) -> Decoded:
     """
     stamps: list[int] = []
     rows: list[dict[str, Any]] = []
+    frames: list[str] = []
     for payload in payloads:
         try:
             message: Any = _typestore().deserialize_cdr(payload, msgtype)
@@ -196,8 +199,9 @@ def decode_slow(msgtype: str, payloads: list[bytes]) -> Decoded:
         except Exception as error:  # the generated deserializers raise whatever struct and numpy raise
             raise ValueError(f"message {len(rows)} is not a {msgtype}") from error
         stamps.append(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
+        frames.append(message.header.frame_id)
     columns = {name: np.array([row.get(name, np.nan) for row in rows], dtype=np.float64) for name in _names(rows)}
-    return Decoded(np.array(stamps, dtype=np.int64), columns)
+    return Decoded(np.array(stamps, dtype=np.int64), columns, frames[0] if frames else "")
 
 
 def _names(rows: list[dict[str, Any]]) -> list[str]:

@@ -63,6 +63,7 @@ def load_run(path: Path | str, sensor: str) -> Run:
         battery=loader.scalar(names.battery, "voltage"),
         mag=loader.mag(names.mag),
         reference=loader.reference(names.reference),
+        own=loader.imu(names.own) if names.own and names.own != names.imu else None,
         link=link,
         unit_id=unit_id,
         notes=tuple(loader.notes),
@@ -76,11 +77,12 @@ class _Table:
     stamp_ns: NDArray[np.int64]
     received_ns: NDArray[np.int64]
     columns: cdr.Columns
+    frame_id: str = ""
 
     def take(self, rows: NDArray[np.intp]) -> _Table:
         """The given rows, in the given order."""
         columns = {key: value[rows] for key, value in self.columns.items()}
-        return _Table(self.stamp_ns[rows], self.received_ns[rows], columns)
+        return _Table(self.stamp_ns[rows], self.received_ns[rows], columns, self.frame_id)
 
     def column(self, name: str) -> NDArray[np.float64]:
         return self.columns.get(name, np.full(len(self.stamp_ns), np.nan))
@@ -101,7 +103,17 @@ class _Loader:
         force = _reported(table, "linear_acceleration")
         absent = np.diagonal(table.column("angular_velocity_covariance").reshape(-1, 3, 3), axis1=1, axis2=2)
         axes = [bool(np.any(absent[:, i] < _NO_AXIS_VARIANCE)) for i in range(3)]
-        return ImuSeries(table.stamp_ns, table.received_ns, rate, force, (axes[0], axes[1], axes[2]))
+        return ImuSeries(
+            table.stamp_ns,
+            table.received_ns,
+            rate,
+            force,
+            (axes[0], axes[1], axes[2]),
+            table.frame_id,
+            tuple(table.column("angular_velocity_covariance")[0].tolist()),
+            tuple(table.column("linear_acceleration_covariance")[0].tolist()),
+            _attitude(table),
+        )
 
     def pose(self, name: str | None, imu: ImuSeries) -> PoseSeries | None:
         table = self._same_time(name, self._table(name), imu)
@@ -154,7 +166,7 @@ class _Loader:
         except ValueError as error:
             raise BagError(f"{self.path}: {name}: {error}; the recording is damaged") from error
         received = np.array(topic.received_ns, dtype=np.int64)
-        table = _Table(decoded.stamp_ns, received, decoded.columns)
+        table = _Table(decoded.stamp_ns, received, decoded.columns, decoded.frame_id)
         if np.any(np.diff(received) < 0):  # recorders may write out of order; what counts is the order of reception
             table = table.take(np.argsort(received, kind="stable"))
         return self._in_order(topic.name, table)
@@ -181,7 +193,7 @@ class _Loader:
         if name.endswith(_STEADY):
             self._note_gaps(name, stamp[index], repeated)
         if len(index) == len(stamp) and not backwards:
-            return _Table(stamp, table.received_ns, table.columns)
+            return replace(table, stamp_ns=stamp)
         return replace(table, stamp_ns=stamp).take(index)
 
     def _note_gaps(self, name: str, stamp: NDArray[np.int64], repeated: int) -> None:
@@ -218,6 +230,17 @@ def _reported(table: _Table, name: str) -> NDArray[np.float64]:
     values = table.column(name)
     absent = table.column(f"{name}_covariance")[:, 0] == -1.0
     return np.where(absent[:, None], np.nan, values) if absent.any() else values
+
+
+def _attitude(table: _Table) -> NDArray[np.float64] | None:
+    """The sensor's own attitude, w first; None where it is never reported."""
+    absent = table.column("orientation_covariance")[:, 0] == -1.0
+    turn = table.column("orientation")[:, [3, 0, 1, 2]]
+    norm = np.linalg.norm(turn, axis=1, keepdims=True)
+    known = ~absent[:, None] & (norm > 0)
+    if not known.any():
+        return None
+    return np.where(known, turn / np.where(norm > 0, norm, 1.0), np.nan)
 
 
 def _link_counts(messages: list[Any]) -> LinkCounts:

@@ -30,6 +30,14 @@ class ImuSeries:
     """m/s^2, +g on the axis that points up at rest, shape (n, 3); NaN where not reported."""
     rate_axes: tuple[bool, bool, bool]
     """Which gyro axes exist: False where every sample has a variance of 1e6 or more (the LISY300's x and y)."""
+    frame_id: str = ""
+    """`header.frame_id` of the first message."""
+    rate_covariance: tuple[float, ...] = (0.0,) * 9
+    """Of the angular velocity, in the first message, row by row."""
+    force_covariance: tuple[float, ...] = (0.0,) * 9
+    """Of the specific force."""
+    orientation: FloatArray | None = None
+    """The sensor's own attitude, (w, x, y, z), shape (n, 4), NaN where not reported; None where it never is."""
 
     def __len__(self) -> int:
         return len(self.stamp_ns)
@@ -126,6 +134,8 @@ class Run:
     battery: ScalarSeries | None = None
     mag: MagSeries | None = None
     reference: ReferencePose | None = None
+    own: ImuSeries | None = None
+    """What the sensor's own fusion says (`<sensor>/imu/data`)."""
     link: LinkCounts | None = None
     unit_id: str | None = None
     notes: tuple[str, ...] = ()

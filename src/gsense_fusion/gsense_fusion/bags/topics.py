@@ -26,6 +26,7 @@ class Names:
     battery: str | None
     mag: str | None
     reference: str | None
+    own: str | None
     link: str | None
 
     def all(self) -> list[str]:
@@ -66,6 +67,7 @@ def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
         battery=find("battery", "sensor_msgs/msg/BatteryState"),
         mag=find(f"{own}/imu/mag", "sensor_msgs/msg/MagneticField"),
         reference=find("reference/pose", _POSE),
+        own=find(f"{own}/imu/data", IMU),
         link=find("link", LINK_STATUS),
         notes=tuple(notes),
     )
