@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 
 from gsense_rig.control.controllers import ControlLimits, make_controller
-from gsense_rig.control.estimators import DerivativeEstimator, DriveObserver
-from gsense_rig.control.limits import MotionLimits, refuse_sine
+from gsense_rig.control.estimators import DriveObserver
+from gsense_rig.control.limits import MotionLimits, refuse_hold, refuse_sine, refuse_triangle
 from gsense_rig.control.model import DriveModel
 from gsense_rig.control.references import Creep, MoveTo, Setpoint, Sine, SoftStop
-from gsense_rig.loop.messages import DriveSine, Home
-from gsense_rig.loop.parameters import LoopParameters
-from gsense_rig.loop.simulated import VirtualClock, make_simulated_loop
-from gsense_rig.plant import DriveParameters, PlantParameters
+from gsense_rig.control.triangle import Triangle
+from gsense_rig.plant import DriveParameters
 
 REFERENCES = [
     Sine(0.15, 8.0, 3),
@@ -24,6 +22,7 @@ REFERENCES = [
     Creep(0.1, -0.25),
     SoftStop(Setpoint(0.02, 1.2, 0.0)),
     SoftStop(Setpoint(0.02, -0.08, 0.0)),
+    Triangle(0.1, 4.0, 2, centre=0.05),
 ]
 
 
@@ -79,6 +78,28 @@ def test_goals_beyond_rail_and_drive_are_refused_with_a_reason(amplitude, w, cyc
     assert (reason is None) if word is None else (word in reason)
 
 
+@pytest.mark.parametrize(
+    ("position", "amplitude", "w", "duration", "word"),
+    [
+        (0.05, 0.15, 4.0, 3.0, None),
+        (0.1, 0.15, 4.0, 3.0, "soft limits"),
+        (0.0, 0.15, 11.0, 3.0, "cannot turn round"),
+        (0.0, -0.1, 4.0, 3.0, "amplitude"),
+        (0.0, 0.1, math.nan, 3.0, "frequency"),
+        (math.nan, 0.1, 4.0, 3.0, "position"),
+        (0.0, 0.1, 4.0, -1.0, "duration"),
+        (0.0, 0.1, 4.0, math.inf, "duration"),
+    ],
+)
+def test_triangles_and_holds_beyond_the_rail_are_refused_with_a_reason(position, amplitude, w, duration, word):
+    limits = MotionLimits()
+    model = DriveModel(DriveParameters())
+    reason = refuse_triangle(position, amplitude, w, duration, limits, model, ControlLimits())
+    assert (reason is None) if word is None else (word in reason)
+    if word in ("position", "duration"):
+        assert word in refuse_hold(position, duration, limits)
+
+
 def test_a_weak_supply_refuses_what_a_strong_one_drives():
     model = DriveModel(replace(DriveParameters(), supply_voltage=12.0))
     assert "12" not in (refuse_sine(0.15, 4.0, 1, MotionLimits(), model, ControlLimits(voltage=11.0)) or "")
@@ -88,71 +109,6 @@ def test_a_weak_supply_refuses_what_a_strong_one_drives():
 def test_unknown_controller_is_named():
     with pytest.raises(ValueError, match="'pid' is unknown"):
         make_controller("pid", DriveParameters())
-
-
-def drive_sine(w, controller="feedforward", plant=None, cycles=1):
-    """Tracking RMS [m], phase error [deg], velocity errors of the two estimators [m/s] over the steady part."""
-    parameters = LoopParameters(controller=controller, plant=plant or PlantParameters())
-    loop, hardware = make_simulated_loop(parameters, seed=3, position=-0.2)
-    clock = VirtualClock(loop, hardware)
-    clock.run_command(Home(1))
-    simple = DerivativeEstimator(parameters.period)
-    rows = []
-
-    def note(t, _history):
-        simple.update(t.position)
-        rows.append((t.time, t.position, t.reference, t.velocity, simple.velocity, hardware.plant.velocity))
-
-    clock.on_tick = note
-    result = clock.run_command(DriveSine(2, 0.15, w, cycles))
-    assert result.success, result.message
-    t, position, reference, observer, derivative, truth = np.array(rows).T
-    sine = Sine(0.15, w, cycles)
-    end = t[-1] - parameters.settle - sine.ramp
-    steady = (t > end - sine.steady) & (t < end)
-    phasor = np.exp(-1j * w * t[steady])
-    phase = np.angle(np.sum(position[steady] * phasor) / np.sum(reference[steady] * phasor), deg=True)
-    errors = [float(np.std((v - truth)[steady])) for v in (observer, derivative)]
-    return result.rms_error, phase, *errors
-
-
-def other_plant(mass_factor, motor_factor):
-    d = DriveParameters()
-    return PlantParameters(
-        drive=replace(
-            d,
-            carriage_mass=d.carriage_mass * mass_factor,
-            coulomb_friction=d.coulomb_friction * mass_factor,
-            static_friction=d.static_friction * mass_factor,
-            viscous_friction=d.viscous_friction * mass_factor,
-            resistance=d.resistance * mass_factor,
-            motor_constant=d.motor_constant * motor_factor,
-        )
-    )
-
-
-def test_tracking_table_of_both_controllers(capsys):
-    lines = [
-        "  w      pi rms   phase   | feed-forward rms   phase   | +20 % plant rms   phase  | -20 % plant rms   phase"
-    ]
-    for w in (0.5, 3.0, 8.0):
-        pi_rms, pi_phase, *_ = drive_sine(w, "pi")
-        rows = [drive_sine(w, plant=p)[:2] for p in (None, other_plant(1.2, 0.8), other_plant(0.8, 1.2))]
-        text = " | ".join(f"{rms * 1e3:9.3f} mm {phase:8.4f} deg" for rms, phase in [(pi_rms, pi_phase), *rows])
-        lines.append(f"{w:4.1f} {text}")
-        for rms, phase in rows:
-            assert rms < 0.5e-3
-            assert abs(phase) < 0.2
-        assert rows[0][0] < 0.2 * pi_rms
-    with capsys.disabled():
-        print("\n" + "\n".join(lines))
-    assert 0.008 < pi_rms < 0.022  # a plain PI is some 14 mm off at 8 rad/s
-
-
-def test_observer_knows_the_velocity_better_than_the_low_passed_derivative():
-    _, _, observer, derivative = drive_sine(8.0)
-    assert observer < 0.005
-    assert observer < 0.5 * derivative
 
 
 def test_observer_follows_a_carriage_that_is_pushed_by_hand():
