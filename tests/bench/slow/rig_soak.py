@@ -194,9 +194,9 @@ def soak(graph: Graph, ears: Heard, seconds: float) -> bool:
     growth = max(now[k] - first.get(k, now[k]) for k in now)
     missed = watch.health["overruns"] / watch.health["ticks"]
     print(
-        f"live: {watch.poses} poses, {watch.lost} lost; {missed:.2%} of {watch.health['ticks']:.0f} ticks began more than "
-        f"a period late, the latest by {max(watch.late) / 1e3:.2f} ms; memory {growth:+.1f} MB after the first tenth; "
-        f"{callers.answers} of {callers.calls} calls answered; tracking at most {max(errors) * 1e3:.3f} mm rms"
+        f"live: {watch.poses} poses, {watch.lost} lost; {missed:.2%} of {watch.health['ticks']:.0f} ticks began more "
+        f"than a period late, the latest by {max(watch.late) / 1e3:.2f} ms; memory {growth:+.1f} MB after a "
+        f"tenth; {callers.answers} of {callers.calls} calls answered; tracking at most {max(errors) * 1e3:.3f} mm rms"
     )
     steady = watch.lost == 0 and growth < GROWTH_LIMIT and missed < MISSED_LIMIT
     return bool(outcome.success and steady and max(errors) < 0.5e-3)
