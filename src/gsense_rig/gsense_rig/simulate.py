@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import sys
 import time
 from collections.abc import Sequence
@@ -23,6 +24,7 @@ UNUSABLE = 2
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line on stderr where plan, effect or folder cannot be used; 130 after Ctrl-C."""
+    gc.disable()  # arrays without cycles: the collector only looks at telemetry, over and over
     options = _parser().parse_args(arguments)
     spec = SessionSpec(options.seed, tuple(options.effect), options.unit_seed, options.start_time, options.unit_id)
     try:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gsense_rig.campaign.board import BNO_PERIOD, BNO_PHASE, MPU_PERIOD, BoardClock, Reads
-from gsense_rig.campaign.carriage import Carriage, CarriageRecord
+from gsense_rig.campaign.carriage import STATE_FIELDS, Carriage, CarriageRecord
 from gsense_rig.campaign.messages import Batch, RunMessages
 from gsense_rig.campaign.plan import PlanRun
 from gsense_rig.recording.typestore import typestore
@@ -28,11 +28,6 @@ BOARD_LATENCY = 2.0e-3
 RIG_LATENCY = 0.5e-3
 TEMPERATURE_EVERY_MPU, TEMPERATURE_EVERY_BNO, SECOND = 20, 10, 200
 """Reads from one message to the next: 10 Hz, 10 Hz, 1 Hz."""
-
-STATE_FIELDS = (
-    *("mode", "light", "duty", "current", "reference", "tracking_error", "fault"),
-    *(f"switches.{i}" for i in range(4)),
-)
 
 
 @dataclass(frozen=True)
@@ -150,19 +145,12 @@ class Session:
 
     def _rig_batches(self, record: CarriageRecord) -> list[Batch]:
         make = self._messages
-        poses = np.array([[t.time, t.position, t.velocity, t.force] for t in record.poses])
-        stamp = poses[:, 0] + record.offset
+        stamp, position, velocity, force = record.poses.T
         latency = self._clock.latency(stamp.shape[0], RIG_LATENCY)
-        states = np.array(
-            [
-                [t.time, t.mode, t.light, t.duty, t.current, t.reference, t.tracking_error, t.fault, *t.switches]
-                for t in record.states
-            ]
-        )
-        values = {name: states[:, 1 + i] for i, name in enumerate(STATE_FIELDS)}
-        state_latency = self._clock.latency(states.shape[0], RIG_LATENCY)
+        values = {name: record.states[:, 1 + i] for i, name in enumerate(STATE_FIELDS)}
+        state_latency = self._clock.latency(record.states.shape[0], RIG_LATENCY)
         return [
-            make.pose(stamp, latency, poses[:, 1]),
-            make.joint_states(stamp, latency + 2e-5, poses[:, 1], poses[:, 2], poses[:, 3]),
-            make.rig_state(states[:, 0] + record.offset, state_latency, values),
+            make.pose(stamp, latency, position),
+            make.joint_states(stamp, latency + 2e-5, position, velocity, force),
+            make.rig_state(record.states[:, 0], state_latency, values),
         ]
