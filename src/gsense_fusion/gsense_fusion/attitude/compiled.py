@@ -7,6 +7,7 @@ as few arguments as it can: that, not the arithmetic, is the cost of a call.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,13 +21,24 @@ class CompiledFilter:
     """Base of the compiled filters; see `AttitudeFilter` for what the methods do."""
 
     name: ClassVar[str]
+    parameters: Any
     _imu: ClassVar[Any]
     _field: ClassVar[Any]
     _batch: ClassVar[Any]
 
+    update: Callable[..., FloatArray]
+    """One sample; see `AttitudeFilter.update`. Arrays are C-contiguous float64."""
+
     def __init__(self, memory: FloatArray) -> None:
         self._memory = memory
         self._quaternion = memory[:4]
+        self.update = _updater(memory, self._imu, self._field)
+
+    def __deepcopy__(self, _: Any) -> CompiledFilter:
+        """A filter of its own with the same parameters and state (`update` is bound to the memory)."""
+        twin = type(self)(self.parameters)
+        twin._memory[:] = self._memory  # noqa: SLF001
+        return twin
 
     @property
     def quaternion(self) -> FloatArray:
@@ -40,22 +52,28 @@ class CompiledFilter:
     def prepare(self, period_s: float, field_period_s: float | None) -> None:
         """Nothing to do: every step takes its own interval."""
 
-    def update(
-        self, dt: float, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None
-    ) -> FloatArray:
-        """One sample; see `AttitudeFilter.update`. Arrays are C-contiguous float64."""
-        if field is None:
-            self._imu(self._memory, dt, angular_rate, specific_force)
-        else:
-            self._field(self._memory, dt, angular_rate, specific_force, field)
-        return self._quaternion.copy()
-
     def batch(
         self, dt: FloatArray, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None
     ) -> FloatArray:
         """Many samples; see `AttitudeFilter.batch`."""
         steps, rate, force, fields = checked(self.name, dt, angular_rate, specific_force, field)
         return np.asarray(self._batch(self._memory, steps, rate, force, fields), dtype=np.float64)
+
+
+def _updater(memory: FloatArray, imu: Any, with_field: Any) -> Callable[..., FloatArray]:
+    """`update` of one filter; a closure, since looking up methods would cost as much as the filter."""
+    quaternion = memory[:4].copy  # of a view: each call copies what the memory holds then
+
+    def update(
+        dt: float, angular_rate: FloatArray, specific_force: FloatArray, field: FloatArray | None = None
+    ) -> FloatArray:
+        if field is None:
+            imu(memory, dt, angular_rate, specific_force)
+        else:
+            with_field(memory, dt, angular_rate, specific_force, field)
+        return quaternion()
+
+    return update
 
 
 def unit_quaternion(value: FloatArray) -> FloatArray:

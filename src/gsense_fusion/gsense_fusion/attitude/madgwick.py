@@ -61,9 +61,10 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     norm = length(force)
     if norm > 0.0:
         # objective of gravity, eq. 25: the vertical as the attitude predicts it minus as measured
-        f1 = 2.0 * (x * z - w * y) - force[0] / norm
-        f2 = 2.0 * (w * x + y * z) - force[1] / norm
-        f3 = 1.0 - 2.0 * (x * x + y * y) - force[2] / norm
+        scale = 1.0 / norm
+        f1 = 2.0 * (x * z - w * y) - force[0] * scale
+        f2 = 2.0 * (w * x + y * z) - force[1] * scale
+        f3 = 1.0 - 2.0 * (x * x + y * y) - force[2] * scale
         # gradient J^T f with the Jacobian of eq. 26
         gw = -2.0 * y * f1 + 2.0 * x * f2
         gx = 2.0 * z * f1 + 2.0 * w * f2 - 4.0 * x * f3
@@ -100,8 +101,8 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
             py -= gain * gy
             pz -= gain * gz
 
-    norm = sqrt(pw * pw + px * px + py * py + pz * pz)
-    m[0], m[1], m[2], m[3] = pw / norm, px / norm, py / norm, pz / norm
+    scale = 1.0 / sqrt(pw * pw + px * px + py * py + pz * pz)
+    m[0], m[1], m[2], m[3] = pw * scale, px * scale, py * scale, pz * scale
 
 
 @njit(SIGNATURE_IMU, cache=True)

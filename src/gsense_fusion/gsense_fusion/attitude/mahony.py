@@ -60,8 +60,9 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     ex = ey = ez = 0.0  # correction, integrated over dt: rad
     norm = length(force)
     if norm > 0.0:
-        fx, fy, fz = force[0] / norm, force[1] / norm, force[2] / norm
-        ex, ey, ez = dt * (fy * vz - fz * vy), dt * (fz * vx - fx * vz), dt * (fx * vy - fy * vx)
+        scale = dt / norm
+        fx, fy, fz = force[0] * scale, force[1] * scale, force[2] * scale
+        ex, ey, ez = fy * vz - fz * vy, fz * vx - fx * vz, fx * vy - fy * vx
     if has_field and length(mag) > 0.0:
         strength = length(mag)
         mx, my, mz = mag[0] / strength, mag[1] / strength, mag[2] / strength
@@ -78,15 +79,14 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     m[_BIAS] -= m[_KI] * ex
     m[_BIAS + 1] -= m[_KI] * ey
     m[_BIAS + 2] -= m[_KI] * ez
-    if dt > 0.0:
-        gain = m[_KP] / dt
-        turn(
-            m,
-            dt,
-            rate[0] - m[_BIAS] + gain * ex,
-            rate[1] - m[_BIAS + 1] + gain * ey,
-            rate[2] - m[_BIAS + 2] + gain * ez,
-        )
+    kp = m[_KP]
+    turn(
+        m,
+        1.0,
+        dt * (rate[0] - m[_BIAS]) + kp * ex,
+        dt * (rate[1] - m[_BIAS + 1]) + kp * ey,
+        dt * (rate[2] - m[_BIAS + 2]) + kp * ez,
+    )
 
 
 @njit(SIGNATURE_IMU, cache=True)
