@@ -41,6 +41,7 @@ class PoseParameters:
     """Standard deviation of the elements of M in (I + M) w."""
     mag_noise: float = 3e-7
     """T, of a sample."""
+    latitude_deg: float = 50.0
     noise: NoiseParameters = field(default_factory=NoiseParameters)
 
 
@@ -51,6 +52,9 @@ class PoseSession:
     run: Run
     g: Array
     bias: Array
+    """Constant part, rad/s."""
+    drift: Array
+    """What the bias does beside, rad/s, shape (n, 3)."""
     accel_shape: Array
     """true force = shape (f - bias)."""
     accel_bias: Array
@@ -64,7 +68,7 @@ def simulate_poses(p: PoseParameters) -> PoseSession:
     """Simulate a session."""
     rng = np.random.default_rng([p.seed, 77])
     time, orientation = _motion(p, rng)
-    true_rate = _rate(time, orientation)
+    true_rate = _rate(time, orientation) + orientation.inv().apply(_earth_rate(p.latitude_deg))
     true_force = orientation.inv().apply([0.0, 0.0, GRAVITY])
     k = rng.normal() * p.g_typical
     g = np.array([[0, k, 0], [0, 0, k], [k, 0, 0]]) if p.cyclic else rng.normal(size=(3, 3)) * p.g_typical
@@ -83,7 +87,7 @@ def simulate_poses(p: PoseParameters) -> PoseSession:
     imu = ImuSeries(stamp, stamp, rate, force, (True, True, True))
     hard, soft, mag = _field(p, rng, stamp, orientation)
     run = Run(Path(f"poses_{p.seed}"), f"poses_{p.seed}", "mpu6050", "/mpu6050/imu/data_raw", imu, mag=mag)
-    return PoseSession(run, g, bias, shape, accel_bias, matrix, hard, soft)
+    return PoseSession(run, g, bias, slow, shape, accel_bias, matrix, hard, soft)
 
 
 def _motion(p: PoseParameters, rng: np.random.Generator) -> tuple[Array, Rotation]:
@@ -103,6 +107,12 @@ def _rate(time: Array, orientation: Rotation) -> Array:
     """Mean rate over each interval that ends at a sample, body axes, shape (n, 3)."""
     step = (orientation[:-1].inv() * orientation[1:]).as_rotvec() / np.diff(time)[:, None]
     return np.concatenate([step[:1], step])
+
+
+def _earth_rate(latitude_deg: float) -> Array:
+    """East, north, up; the poses' headings are random."""
+    latitude = np.radians(latitude_deg)
+    return 7.292115e-5 * np.array([0.0, np.cos(latitude), np.sin(latitude)])
 
 
 def _field(

@@ -21,7 +21,8 @@ from gsense_fusion.calibration.variants import VARIANTS
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
 from gsense_fusion.compensation import CompensationFile, write_compensation
 from gsense_fusion.compensation.document import write_atomically
-from gsense_fusion.identification.types import GRAVITY, Role
+from gsense_fusion.identification.earth import Site
+from gsense_fusion.identification.types import GRAVITY, IdentificationError, Role
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -57,6 +58,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--gravity", type=float, default=GRAVITY, help=f"of the place, m/s^2 (default: standard, {GRAVITY})"
     )
+    parser.add_argument("--latitude", type=float, metavar="DEG", help="of the place: earth rate is then subtracted")
+    parser.add_argument("--rail-azimuth", type=float, metavar="DEG", help="of the rail, from north over east")
     parser.add_argument("--export", nargs="+", choices=FORMATS, default=[], help="also write the layout of ...")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")
     return parser
@@ -64,9 +67,19 @@ def _parser() -> argparse.ArgumentParser:
 
 def _calibrate(arguments: argparse.Namespace) -> Calibration:
     runs = [(load_run(path, arguments.sensor), role) for path, role in roles(arguments.fit, arguments.held_out)]
-    gyro, analysis = calibrate_gyro(runs, arguments.sensor, arguments.variant)
+    gyro, analysis = calibrate_gyro(runs, arguments.sensor, arguments.variant, _site(arguments))
     accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit), arguments.gravity)
     return Calibration(gyro, accelerometer, _magnetometer(runs))
+
+
+def _site(arguments: argparse.Namespace) -> Site | None:
+    if arguments.latitude is None:
+        if arguments.rail_azimuth is not None:
+            raise IdentificationError("--rail-azimuth says nothing without --latitude: give both")
+        return None
+    if not -90.0 <= arguments.latitude <= 90.0:
+        raise IdentificationError(f"--latitude {arguments.latitude:g}: degrees from -90 to 90")
+    return Site(arguments.latitude, arguments.rail_azimuth)
 
 
 def _magnetometer(runs: Sequence[tuple[Run, Role]]) -> MagnetometerCalibration | str | None:

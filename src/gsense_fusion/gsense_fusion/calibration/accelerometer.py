@@ -48,44 +48,38 @@ def pose_means(runs: Sequence[RunData]) -> FloatArray:
     return np.asarray(poses[np.isfinite(poses).all(axis=1)])
 
 
-def _groups(poses: FloatArray) -> list[list[int]]:
-    """Numbers of the poses that lie together: one direction repeated is no further direction."""
-    found: list[list[int]] = []
-    for i, pose in enumerate(poses):
-        near = next((g for g in found if _angle(poses[g[0]], pose) < DISTINCT_RAD), None)
-        if near is None:
-            found.append([i])
-        else:
-            near.append(i)
-    return found
+def _distinct(poses: FloatArray) -> int:
+    """Number of directions that differ: one that is repeated is no further one."""
+    found: list[FloatArray] = []
+    for pose in poses:
+        if all(_angle(other, pose) >= DISTINCT_RAD for other in found):
+            found.append(pose)
+    return len(found)
 
 
 def calibrate_accelerometer(poses: FloatArray, gravity: float = GRAVITY) -> AccelerometerCalibration | str:
     """Fit the poses' means (n, 3); words that say what is lacking where they do not determine it."""
-    groups = _groups(poses)
-    if len(groups) < POSES_FOR_SCALES:
-        return f"{len(groups)} distinct still poses: {POSES_FOR_SCALES} are needed, all around the sphere"
+    distinct = _distinct(poses)
+    if distinct < POSES_FOR_SCALES:
+        return f"{distinct} distinct still poses: {POSES_FOR_SCALES} are needed, all around the sphere"
     hole = largest_hole(poses / np.linalg.norm(poses, axis=1, keepdims=True))
     if hole > LARGEST_HOLE_RAD:
         return (
             f"no still pose within {np.degrees(hole):.0f} degrees of some direction "
             f"({np.degrees(LARGEST_HOLE_RAD):.0f} are allowed): put the board on all its sides"
         )
-    kind = Shape.TRIANGULAR if len(groups) >= POSES_FOR_ALL else Shape.SCALES
-    weight = np.ones(len(poses))
-    for group in groups:
-        weight[group] = 1.0 / np.sqrt(len(group))
+    kind = Shape.TRIANGULAR if distinct >= POSES_FOR_ALL else Shape.SCALES
     try:
-        fit = fit_ellipsoid(poses, gravity, kind, weight)
+        fit = fit_ellipsoid(poses, gravity, kind)
         if fit.direction_stderr > MAX_DIRECTION_STDERR and kind is Shape.TRIANGULAR:
-            fit = fit_ellipsoid(poses, gravity, Shape.SCALES, weight)
+            fit = fit_ellipsoid(poses, gravity, Shape.SCALES)
     except ValueError as error:
         return str(error)
     if fit.direction_stderr > MAX_DIRECTION_STDERR:
         return (
             f"the poses leave directions open by {np.degrees(fit.direction_stderr):.1f} degrees: hold the board stiller"
         )
-    return AccelerometerCalibration(fit, len(groups))
+    return AccelerometerCalibration(fit, distinct)
 
 
 def _angle(a: FloatArray, b: FloatArray) -> float:

@@ -13,11 +13,12 @@ from gsense_fusion.compensation import CompensationFile, GCubed, GSensitivity, G
 from gsense_fusion.identification.analysis import Analysis, Settings
 from gsense_fusion.identification.assembly import assemble, effect_parameters, significant
 from gsense_fusion.identification.campaign import DriverSource
+from gsense_fusion.identification.earth import EARTH_RATE, Site
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import Held, band_rms, pose_floor, pose_rms
-from gsense_fusion.identification.types import FloatArray, IdentificationError, Role
+from gsense_fusion.identification.types import GRAVITY, FloatArray, IdentificationError, Role
 from gsense_fusion.report.outputs import compensation
 
 from .permutation import permutation_p_value
@@ -25,6 +26,8 @@ from .variants import EFFECTS, VARIANTS
 
 SIGNIFICANCE = 0.01
 RATE_BAND_HZ = 5.0
+EARTH_ON_DIAGONAL = EARTH_RATE / float(np.sqrt(3.0)) / GRAVITY
+"""(rad/s)/(m/s^2): the earth's rate about the vertical at any latitude, where up is also the specific force."""
 
 
 @dataclass(frozen=True)
@@ -71,7 +74,7 @@ class GyroCalibration:
 
 
 def calibrate_gyro(
-    runs: Sequence[tuple[Run, Role]], sensor: str, variant: str = "matrix"
+    runs: Sequence[tuple[Run, Role]], sensor: str, variant: str = "matrix", site: Site | None = None
 ) -> tuple[GyroCalibration, Analysis]:
     """Calibrate one sensor.
 
@@ -82,6 +85,8 @@ def calibrate_gyro(
         runs: still poses and sweeps with their roles.
         sensor: a sensor's name or a whole topic.
         variant: one of `VARIANTS`: the form of g-compensation in the file.
+        site: where the recording was made; without it the earth's turn about the vertical passes for a diagonal of G
+            (0.003 deg/s/g at 50 degrees), and the errors of still poses say so.
 
     Returns:
         The calibration, and the analysis that it rests on.
@@ -89,7 +94,7 @@ def calibrate_gyro(
     Raises:
         IdentificationError: the runs cannot be used, or have no accelerometer.
     """
-    a = analyse(runs, Settings(sensor), lambda _text, _part: None)
+    a = analyse(runs, Settings(sensor, site=site), lambda _text, _part: None)
     if "g_sensitivity" not in a.likelihood.columns.start:
         raise IdentificationError(
             f"{a.clean[0].path}: no accelerometer beside the gyro: nothing to calibrate G against"
@@ -104,7 +109,7 @@ def calibrate_gyro(
     fits = {name: _fit(likelihood, part | claimed, full) for name, part in VARIANTS.items()}
     plain = likelihood.evaluate(frozenset(), full.templates)
     p_likelihood = a.selection.p_value(full, "g_sensitivity")
-    p_permutation = permutation_p_value(likelihood, fits["none"])
+    p_permutation = permutation_p_value(likelihood, fits["none"], earth_known=site is not None)
     real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
     chosen = variant if real else "none"
     folds = make_folds(a.campaign, effects, a.noise, fits | {"before": plain}, lambda _text: None)
@@ -114,6 +119,8 @@ def calibrate_gyro(
     estimate = Estimate(
         np.array([g[n].value for n in names]).reshape(3, 3), np.array([g[n].stderr for n in names]).reshape(3, 3)
     )
+    if site is None and not any(w.moving for r in a.campaign.fit for w in r.windows):
+        estimate = Estimate(estimate.value, np.sqrt(estimate.stderr**2 + np.eye(3) * EARTH_ON_DIAGONAL**2))
     k = effect_parameters(likelihood, fits["k"], EFFECTS[0])["k"]
     chosen_fit = full if chosen == "matrix" else fits[chosen]
     bias = session_bias(a.likelihood if chosen == "matrix" else likelihood, chosen_fit)

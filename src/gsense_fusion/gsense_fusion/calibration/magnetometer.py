@@ -18,6 +18,8 @@ MAX_DIRECTION_STDERR = np.radians(2.0)
 MIN_SAMPLES = 60
 CELL_RAD = 0.12
 """Samples in one direction within this count as one: a board that lies still proves nothing by repeating itself."""
+REPEATS = 25
+"""More samples than this in one direction weigh no more: then the field's own changes are larger than the noise."""
 OUTLIER_MADS = 5.0
 
 
@@ -47,9 +49,9 @@ def calibrate_magnetometer(field: FloatArray) -> MagnetometerCalibration | str:
     field = field[np.isfinite(field).all(axis=1)]
     if len(field) < MIN_SAMPLES:
         return f"{len(field)} samples of the field: at least {MIN_SAMPLES} are needed"
-    means = _one_each_direction(field)
+    means, weight = _one_each_direction(field)
     try:
-        means, fit = _without_outliers(means)
+        means, fit = _without_outliers(means, weight)
     except ValueError as error:
         return f"{error}: turn the board slowly through all directions"
     corrected = fit.apply(means)
@@ -71,21 +73,21 @@ def calibrate_magnetometer(field: FloatArray) -> MagnetometerCalibration | str:
     )
 
 
-def _without_outliers(means: FloatArray) -> tuple[FloatArray, EllipsoidFit]:
+def _without_outliers(means: FloatArray, weight: FloatArray) -> tuple[FloatArray, EllipsoidFit]:
     """Fit twice: iron that came near for a moment is left out the second time."""
-    fit = _fit(means)
+    fit = _fit(means, weight)
     off = np.linalg.norm(fit.apply(means), axis=1)
-    off = off - np.median(off)
+    off = (off - np.median(off)) * weight
     good = np.abs(off) <= OUTLIER_MADS * 1.4826 * np.median(np.abs(off))
     if good.all() or good.sum() < 12:
         return means, fit
-    return means[good], _fit(means[good])
+    return means[good], _fit(means[good], weight[good])
 
 
-def _fit(means: FloatArray) -> EllipsoidFit:
+def _fit(means: FloatArray, weight: FloatArray) -> EllipsoidFit:
     """Symmetric shape of mean scale one: the strength of the field is kept."""
     length = float(np.median(np.linalg.norm(means - means.mean(axis=0), axis=1)))
-    fit = fit_ellipsoid(means, length, Shape.SYMMETRIC)
+    fit = fit_ellipsoid(means, length, Shape.SYMMETRIC, weight)
     scale = float(np.cbrt(np.linalg.det(fit.shape)))
     return EllipsoidFit(
         fit.offset,
@@ -97,8 +99,8 @@ def _fit(means: FloatArray) -> EllipsoidFit:
     )
 
 
-def _one_each_direction(field: FloatArray) -> FloatArray:
-    """Means over cells of direction seen from the middle of the data, shape (m, 3)."""
+def _one_each_direction(field: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Means over cells of direction seen from the middle of the data, shape (m, 3), and their weights, shape (m,)."""
     middle = (field.max(axis=0) + field.min(axis=0)) / 2
     u = field - middle
     strength = np.maximum(np.linalg.norm(u, axis=1), 1e-12)
@@ -108,5 +110,6 @@ def _one_each_direction(field: FloatArray) -> FloatArray:
     direction = direction / np.linalg.norm(
         direction, axis=1, keepdims=True
     )  # the mean of vectors in a cell would be too short
-    mean = np.bincount(cell, weights=strength) / np.bincount(cell)
-    return np.asarray(middle + direction * mean[:, None])
+    count = np.bincount(cell)
+    mean = np.bincount(cell, weights=strength) / count
+    return np.asarray(middle + direction * mean[:, None]), np.sqrt(np.minimum(count, REPEATS))

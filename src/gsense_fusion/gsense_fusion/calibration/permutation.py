@@ -11,15 +11,17 @@ PERMUTATIONS = 999
 SEED = 20
 
 
-def permutation_p_value(likelihood: Likelihood, null: Fit) -> float | None:
+def permutation_p_value(likelihood: Likelihood, null: Fit, earth_known: bool) -> float | None:
     """Probability that poses exchanged at random explain as much as the true ones.
 
     The statistic is the drop of the whitened squared error of the pose means when G joins the model; the drift is that
-    of the model without G.
+    of the model without G. The earth's turn about the vertical looks like a multiple of the unit matrix: where it has
+    not been subtracted, that one direction is in both models and proves nothing.
 
     Args:
         likelihood: the data.
         null: the fit without g-sensitivity.
+        earth_known: whether earth rate has been subtracted.
 
     Returns:
         The p-value; None where a run moves (motion is no pose).
@@ -32,13 +34,29 @@ def permutation_p_value(likelihood: Likelihood, null: Fit) -> float | None:
     force = X[:, 0, first : first + 3]  # the first row of G sees the specific force itself
     poses, member = np.unique(blocks.run, return_inverse=True)
     of_pose = np.array([force[member == i].mean(axis=0) for i in range(len(poses))])
-    whitened = [_whiten(likelihood, null, axis, X) for axis in likelihood.slow]
+    whitened = {axis: _whiten(likelihood, null, axis, X) for axis in likelihood.slow}
+    y = np.concatenate([residual for _, residual in whitened.values()])
+    earth = np.concatenate([W @ force[:, axis] for axis, (W, _) in whitened.items()])[:, None]
+    nuisance = earth[:, :0] if earth_known else earth / np.linalg.norm(earth)
+
+    def explained(order: FloatArray) -> float:
+        columns = of_pose[order][member]
+        G = np.zeros((len(y), 3 * len(whitened)))
+        b = len(columns)
+        for i, (W, _) in enumerate(whitened.values()):
+            G[i * b : (i + 1) * b, 3 * i : 3 * i + 3] = W @ columns
+        U, s, _ = np.linalg.svd(np.column_stack([nuisance * _size(G), G]), full_matrices=False)
+        return float(np.sum((U[:, s > 1e-9 * s[0]].T @ y) ** 2))
+
     rng = np.random.default_rng(SEED)
-    true = _explained(whitened, of_pose[member])
-    beaten = sum(
-        _explained(whitened, of_pose[rng.permutation(len(poses))][member]) >= true for _ in range(PERMUTATIONS)
-    )
+    true = explained(np.arange(len(poses))) * (1 - 1e-9)
+    beaten = sum(explained(rng.permutation(len(poses))) >= true for _ in range(PERMUTATIONS))
     return (1 + beaten) / (1 + PERMUTATIONS)
+
+
+def _size(columns: FloatArray) -> float:
+    """Size of the columns, so that a nuisance beside them is of like size."""
+    return float(np.linalg.norm(columns, axis=0).max())
 
 
 def _whiten(likelihood: Likelihood, null: Fit, axis: int, X: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -50,12 +68,3 @@ def _whiten(likelihood: Likelihood, null: Fit, axis: int, X: FloatArray) -> tupl
     W = np.linalg.inv(factor)
     W = W - Q @ (Q.T @ W)
     return W, W @ (likelihood.blocks.rate[:, axis] - X[:, axis, :] @ null.beta)
-
-
-def _explained(whitened: list[tuple[FloatArray, FloatArray]], force: FloatArray) -> float:
-    """Squared error that columns of specific force remove, summed over the gyro axes."""
-    total = 0.0
-    for W, y in whitened:
-        Q, _ = np.linalg.qr(W @ force)
-        total += float(np.sum((Q.T @ y) ** 2))
-    return total
