@@ -84,9 +84,11 @@ def test_neither_file_nor_shipped() -> None:
 
 def test_the_triangle_turns_at_its_amplitude_and_is_consistent() -> None:
     triangle = Triangle(0.15, 4.0, 3)
-    assert triangle.duration == pytest.approx(3 * 2 * np.pi / 4)
+    assert triangle.duration == pytest.approx(3 * 2 * np.pi / 4, abs=0.05)
     t = np.linspace(0, triangle.duration, 20001)
     s, v, a = np.array([triangle.at(x) for x in t]).T
-    assert (s.min(), s.max()) == pytest.approx((-0.15, 0.15), abs=1e-6)
-    assert np.gradient(s, t) == pytest.approx(v, abs=2e-3)
-    assert np.mean(a == 0) > 0.5  # most of the time at constant speed
+    assert (s.min(), s.max()) == pytest.approx((-0.15, 0.15), abs=2e-4)
+    assert np.gradient(s, t) == pytest.approx(v, abs=1e-4)
+    assert np.gradient(v, t)[1:-1] == pytest.approx(a[1:-1], abs=0.1)
+    assert np.abs(np.diff(a)).max() < 0.2  # no step that would make the belt ring
+    assert np.mean(np.abs(a) < 1e-9) > 0.4  # half of the time at constant speed
