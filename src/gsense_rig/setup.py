@@ -17,6 +17,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
+        (f"share/{PACKAGE}/config", ["config/record_qos.yaml"]),
     ],
     zip_safe=False,
     entry_points={
@@ -25,6 +26,7 @@ setup(
             "record = gsense_rig.record:main",
             "tracking = gsense_rig.tracking:main",
             "simulate = gsense_rig.simulate:main",
+            "plot_run = gsense_rig.plot_run:main",
             "campaign = gsense_rig.campaign.command:main",
             "demo = gsense_rig.demo:main",
         ],

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -38,3 +40,14 @@ def test_records_what_is_there_and_only_what_is_wanted(told):
             names[label] = {c.topic for c in reader.connections}
     assert names["bag_term"] == {"/mpu6050/imu/data_raw", "/rig/pose"}
     assert {"/mpu6050/temperature", "/link", "/rig/state", "/lisy300/imu/data_raw", "/other/link"} <= names["bag_int"]
+
+
+def test_the_qos_file_for_rosbag2_names_every_topic(told):
+    root = Path(__file__).resolve().parents[2]
+    named = yaml.safe_load((root / "src/gsense_rig/config/record_qos.yaml").read_text())
+    own = {"/rosout", "/parameter_events"}
+    heard = {
+        name for name in told.advertised if not name.startswith("/other/") and "transition_event" not in name
+    } - own
+    assert len(heard) > 12
+    assert heard <= set(named)

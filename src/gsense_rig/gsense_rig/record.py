@@ -6,6 +6,7 @@ path, its counts and what could not be kept are printed, exit 0. Exit 2 where th
 became full.
 
 `record --repair BAG` repairs the bag of a recorder that was killed: what had reached the disk, all but the last second.
+`record --qos-overrides [NAMESPACE]` prints the QoS file with which `ros2 bag record` loses nothing.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
 
+from gsense_rig.recording.overrides import overrides
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.repair import RepairError, repair
 from gsense_rig.recording.spinning import make_executor
@@ -34,9 +36,9 @@ POLL = 0.05
 
 
 def main() -> int:
-    """Runs until a signal or an error; with --repair, repairs."""
-    if "--repair" in sys.argv[1:]:
-        return _repair(sys.argv[1:])
+    """Runs until a signal or an error; with an option of its own, does that."""
+    if "--ros-args" not in sys.argv and len(sys.argv) > 1:
+        return _without_graph(sys.argv[1:])
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
@@ -92,10 +94,20 @@ def _report(summary: Summary, node: RecorderNode) -> None:
     sys.stdout.flush()
 
 
-def _repair(arguments: Sequence[str]) -> int:
+def _without_graph(arguments: Sequence[str]) -> int:
+    """What needs no graph: --repair, --qos-overrides, --help."""
     parser = argparse.ArgumentParser(prog="record", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--repair", type=Path, metavar="BAG", required=True)
-    bag = parser.parse_args(arguments).repair.absolute()
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--repair", type=Path, metavar="BAG")
+    what.add_argument("--qos-overrides", nargs="?", const="/", metavar="NAMESPACE")
+    options = parser.parse_args(arguments)
+    if options.repair is not None:
+        return _repair(options.repair.absolute())
+    print(overrides(typestore(), options.qos_overrides), end="")
+    return 0
+
+
+def _repair(bag: Path) -> int:
     try:
         files = repair(bag, typestore())
     except (RepairError, DefinitionError, WriterError, ReaderError, OSError) as error:
