@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#define NS_PER_S 1e9
 #define UART_PACKET_NS 737847u /* 34 bytes of 10 bits at 460800 baud */
 #define SPI_READ_NS 267000u    /* the receiver reads the payload out */
 
@@ -12,12 +11,6 @@ bool faults_any(const fault_options *o)
 {
     return o->lose > 0 || o->repeat > 0 || o->flip > 0 || o->air_loss > 0 || o->latency_ms > 0 || o->sda_low.wanted ||
            o->stretch.wanted || o->radio_stuck.wanted || o->radio_reset.wanted || o->brownouts > 0;
-}
-
-bool fault_window_holds(const fault_window *window, uint64_t board_ns)
-{
-    const double at = (double)board_ns / NS_PER_S;
-    return window->wanted && at >= window->at_s && at < window->at_s + window->duration_s;
 }
 
 void line_init(line *l, const fault_options *options, uint32_t seed)

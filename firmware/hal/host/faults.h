@@ -34,7 +34,11 @@ typedef struct {
 } fault_options;
 
 bool faults_any(const fault_options *options);
-bool fault_window_holds(const fault_window *window, uint64_t board_ns);
+static inline bool fault_window_holds(const fault_window *window, uint64_t board_ns)
+{
+    const double at = (double)board_ns / 1e9;
+    return window->wanted && at >= window->at_s && at < window->at_s + window->duration_s;
+}
 
 /* The receiver's serial line. */
 typedef struct {
