@@ -8,7 +8,7 @@
 
 static uint16_t here(const pic *p, const pic_op *op)
 {
-    return op->k >= 0x70u ? op->k : (uint16_t)((uint16_t)(p->bsr << 7) | op->k);
+    return op->k >= 0x70u ? op->k : (uint16_t)((unsigned)p->bsr << 7 | op->k);
 }
 
 static uint8_t get(pic *p, const pic_op *op)

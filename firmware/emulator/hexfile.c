@@ -27,7 +27,8 @@ static bool parse(const char *line, record *r)
     }
     unsigned total = 0;
     for (const char *c = line + 1; digit(c[0]) >= 0 && digit(c[1]) >= 0 && r->count < sizeof r->bytes; c += 2) {
-        r->bytes[r->count] = (uint8_t)(digit(c[0]) * 16 + digit(c[1]));
+        const int byte = digit(c[0]) * 16 + digit(c[1]);
+        r->bytes[r->count] = (uint8_t)byte;
         total += r->bytes[r->count++];
     }
     return r->count >= 5u && r->count == r->bytes[0] + 5u && (total & 0xFFu) == 0;
@@ -36,13 +37,19 @@ static bool parse(const char *line, record *r)
 static bool put_byte(pic *p, uint32_t address, uint8_t byte)
 {
     const uint32_t at = address / 2u;
-    uint16_t *word = at < PIC_WORDS                    ? &p->words[at]
-                     : at - FIRST_CONFIG < PIC_CONFIGS ? &p->config[at - FIRST_CONFIG]
-                                                       : NULL;
+    uint16_t *word = NULL;
+    if (at < PIC_WORDS) {
+        word = &p->words[at];
+    } else if (at >= FIRST_CONFIG && at < FIRST_CONFIG + PIC_CONFIGS) {
+        word = &p->config[at - FIRST_CONFIG];
+    } else {
+        /* user ids, or nothing */
+    }
     if (word == NULL) {
         return at >= 0x8000u && at < FIRST_CONFIG; /* user ids */
     }
-    *word = (uint16_t)(address % 2u == 0 ? (*word & 0xFF00u) | byte : (*word & 0xFFu) | byte << 8);
+    const unsigned shift = address % 2u == 0 ? 0u : 8u;
+    *word = (uint16_t)((*word & (0xFF00u >> shift)) | (unsigned)byte << shift);
     return true;
 }
 

@@ -1,4 +1,5 @@
 /* gsense_pic: runs the hex of the PIC16F15356 and reports its time budget. */
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -19,12 +20,8 @@ typedef struct {
     watch times;
 } everything;
 
-static double now_s(void)
-{
-    struct timespec now;
-    (void)clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + (double)now.tv_nsec * 1e-9;
-}
+/* Of this process, so that a busy machine does not count. */
+static double now_s(void) { return (double)clock() / CLOCKS_PER_SEC; }
 
 static bool load(everything *e, const emulator_options *o, char *error)
 {
@@ -46,22 +43,39 @@ static bool load(everything *e, const emulator_options *o, char *error)
     return found || o->world.role == ROLE_RECEIVER;
 }
 
+static void run_until(pic *p, uint64_t ns)
+{
+    while (pic_ns(p) < ns) { /* again where the oscillator changed in between */
+        pic_run(p, pic_cycles_at(p, ns));
+    }
+}
+
+static void trace(everything *e, uint64_t until_ns)
+{
+    pic *p = &e->chip;
+    while (pic_ns(p) < until_ns) {
+        const size_t at = symbols_at(&e->symbols, p->pc);
+        (void)fprintf(stderr, "%" PRIu64 " %04x %02x %02x %02x %04x %04x %s\n", p->cycles, p->pc, p->w, p->status,
+                      p->bsr, p->fsr[0], p->fsr[1], at < e->symbols.count ? e->symbols.items[at].name : "");
+        pic_step(p);
+    }
+}
+
 static void run(everything *e, const emulator_options *o)
 {
     pic *p = &e->chip;
     p->ppm = o->ppm;
     pic_reset(p, RESET_BY_POWER);
     const uint64_t end = (uint64_t)(o->seconds * NS_PER_S);
-    const uint64_t brownout = (uint64_t)(o->brownout_s * NS_PER_S);
-    if (o->brownout_s >= 0 && brownout < end) {
-        while (pic_ns(p) < brownout) {
-            pic_run(p, pic_cycles_at(p, brownout));
-        }
+    if (o->trace.wanted) {
+        run_until(p, (uint64_t)(o->trace.at_s * NS_PER_S));
+        trace(e, (uint64_t)((o->trace.at_s + o->trace.duration_s) * NS_PER_S));
+    }
+    if (o->brownout_s >= 0 && o->brownout_s < o->seconds) {
+        run_until(p, (uint64_t)(o->brownout_s * NS_PER_S));
         pic_reset(p, RESET_BY_BROWN_OUT);
     }
-    while (pic_ns(p) < end) { /* again where the oscillator changed in between */
-        pic_run(p, pic_cycles_at(p, end));
-    }
+    run_until(p, end);
 }
 
 int main(int count, char **arguments)
@@ -83,10 +97,16 @@ int main(int count, char **arguments)
     if (load(e, &options, error)) {
         const double begin = now_s();
         run(e, &options);
-        run_report report = {&options, &e->chip,      options.map == NULL ? NULL : &e->times, &e->world, {0},
-                             0,        e->chip.cycles};
+        run_report report;
+        memset(&report, 0, sizeof report);
+        report.options = &options;
+        report.chip = &e->chip;
+        report.times = options.map == NULL ? NULL : &e->times;
+        report.world = &e->world;
+        report.cycles = e->chip.cycles;
         report.speed = options.seconds / (now_s() - begin);
         tally_count(&report.frames, &e->world.frames);
+        tally_line(&report.line, &e->world.frames, &e->world.serial);
         report_print(&report);
         code = !report_write_files(&report)    ? EXIT_BAD_INPUT
                : report_fault(&report) == NULL ? EXIT_SUCCESS

@@ -168,7 +168,7 @@ static void core_write(pic *p, unsigned f, uint8_t value)
         break;
     case R_FSR0H:
     case R_FSR1H:
-        *fsr = (uint16_t)((*fsr & 0xFFu) | value << 8);
+        *fsr = (uint16_t)((*fsr & 0xFFu) | (unsigned)value << 8);
         break;
     case R_BSR:
         p->bsr = value & 0x3Fu;

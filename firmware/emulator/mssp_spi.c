@@ -9,7 +9,7 @@
 #define STAT_CKE 0x40u
 #define CON1_CKP 0x10u
 
-static bool is_output(const pic *p, unsigned pin) { return (p->mem[R_TRISA + pin / 8u] >> (pin % 8u) & 1u) == 0; }
+static bool is_output(const pic *p, unsigned pin) { return (p->mem[R_TRISA + pin / 8u] & 1u << pin % 8u) == 0; }
 
 static bool is_wired(const pic *p, unsigned unit)
 {

@@ -14,11 +14,12 @@ static const char HELP[] =
     "  --receiver           HEX is the receiver's: a distant board sends to it\n"
     "  --frames-per-s N     of that distant board (default 600)\n"
     "  --worst-us N         longest slot allowed (default 2000)\n"
-    "  --slot NAME, --job NAME   functions that make a slot (default board_step, run_job)\n"
+    "  --slot NAME, --job NAME   functions that make a slot (default board_step, board_run_job)\n"
     "  --profile            time by function\n"
     "  --frames FILE        frames on the air: arrival in ns, 32 bytes in hex\n"
     "  --bursts FILE        what the sensors gave: start in ns, address, register, bytes in hex\n"
     "  --serial FILE        bytes of EUSART1\n"
+    "  --trace AT:DURATION  every instruction on stderr: cycle, PC, W, STATUS, BSR, FSR0, FSR1\n"
     "  --json FILE          the report as JSON\n"
     "  --ppm X              the oscillator runs fast by so much\n"
     "  --seed N             of sensor noise and random faults\n"
@@ -26,6 +27,8 @@ static const char HELP[] =
     "  --sda-low AT:DURATION (DURATION 0: until clocked free)   --stretch AT:DURATION   --bno-stretch-us N\n"
     "  --mpu-absent AT:DURATION   --brownout AT   --deaf AT:DURATION (MAX_RT)   --radio-stuck AT:DURATION\n"
     "  --radio-reset AT   --lose P   --air-loss P\n";
+
+#define LINE_DRAIN_S 0.1 /* the last frames have time to come out */
 
 typedef enum { TEXT, NUMBER, PROBABILITY, WINDOW, INSTANT, INTEGER, SWITCH } kind;
 
@@ -128,8 +131,8 @@ static options_outcome parse(const option *table, size_t options, int count, cha
             /* taken */
         }
     }
-    if (e->hex == NULL || e->seconds <= 0) {
-        (void)fputs("gsense_pic: want a hex file, and --seconds above 0; see --help\n", stderr);
+    if (e->hex == NULL || e->seconds <= 0 || e->world.frames_per_s <= 0) {
+        (void)fputs("gsense_pic: want a hex file, and --seconds and --frames-per-s above 0; see --help\n", stderr);
         return OPTIONS_BAD;
     }
     return OPTIONS_RUN;
@@ -141,7 +144,7 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
     fault_window brownout = {false, 0, 0};
     memset(e, 0, sizeof *e);
     e->slot = "board_step";
-    e->job = "run_job";
+    e->job = "board_run_job";
     e->seconds = 5;
     e->worst_us = 2000;
     e->world.frames_per_s = 600;
@@ -161,6 +164,7 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
         {"--seed", INTEGER, &w->seed, false},
         {"--frames-per-s", NUMBER, &w->frames_per_s, false},
         {"--profile", SWITCH, &e->profile, false},
+        {"--trace", WINDOW, &e->trace, false},
         {"--receiver", SWITCH, &receiver, false},
         {"--bno-stretch-us", NUMBER, &w->bno_stretch_us, false},
         {"--sda-low", WINDOW, &f->sda_low, true},
@@ -175,6 +179,7 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
     };
     const options_outcome outcome = parse(table, sizeof table / sizeof table[0], count, arguments, e);
     e->world.role = receiver ? ROLE_RECEIVER : ROLE_BOARD;
+    w->frames_until_s = e->seconds - LINE_DRAIN_S;
     e->brownout_s = brownout.wanted ? brownout.at_s : -1;
     return outcome;
 }

@@ -18,7 +18,8 @@ typedef struct {
     double seconds;
     double worst_us; /* a slot as long as this fails */
     double ppm;
-    double brownout_s; /* < 0: none */
+    double brownout_s;  /* < 0: none */
+    fault_window trace; /* every instruction on stderr */
     bool profile;
     bool faulty; /* faults were asked for: lost frames are no failure */
     world_options world;

@@ -6,19 +6,19 @@
 
 static bool bit_of(const pic *p, unsigned address, unsigned pin)
 {
-    return (p->mem[address + pin / 8u] >> (pin % 8u) & 1u) != 0;
+    return ((unsigned)p->mem[address + pin / 8u] & 1u << pin % 8u) != 0;
 }
 
 static bool is_analog(const pic *p, unsigned pin)
 {
     static const uint16_t ANSEL[PIC_PORTS] = {R_ANSELA, R_ANSELB, R_ANSELC};
-    return (p->mem[ANSEL[pin / 8u]] >> (pin % 8u) & 1u) != 0;
+    return (p->mem[ANSEL[pin / 8u]] & 1u << pin % 8u) != 0;
 }
 
 static bool is_open_drain(const pic *p, unsigned pin)
 {
     static const uint16_t ODCON[PIC_PORTS] = {0x1F3A, 0x1F45, 0x1F50};
-    return (p->mem[ODCON[pin / 8u]] >> (pin % 8u) & 1u) != 0;
+    return (p->mem[ODCON[pin / 8u]] & 1u << pin % 8u) != 0;
 }
 
 int ports_driven(const pic *p, unsigned pin)

@@ -36,6 +36,10 @@ const char *report_fault(const run_report *r)
     if (board && (r->frames.frames == 0 || r->frames.lost > 0 || r->frames.unsound > 0 || r->frames.overruns > 0)) {
         return "frames are missing";
     }
+    if (!board &&
+        (r->line.packets == 0 || r->line.missing > 0 || r->line.unsound > 0 || r->world->frames_refused > 0)) {
+        return "frames are missing on the serial line";
+    }
     if (r->chip->resets[RESET_BY_WDT] > 0 || r->chip->resets[RESET_BY_WDT_WINDOW] > 0) {
         return "the watchdog struck";
     }
@@ -120,8 +124,10 @@ void report_print(const run_report *r)
         printf("profile: MPU every %u us, BNO every %u us\n", r->frames.mpu_period_us, r->frames.bno_period_us);
         print_frames(r);
     } else {
-        printf("frames sent to it %zu, refused %" PRIu64 ", not delivered %" PRIu64 "; bytes out %zu\n",
-               r->world->frames.count, r->world->frames_refused, r->world->air.undelivered, r->world->serial.count);
+        printf("frames sent to it %zu, refused %" PRIu64 "; line: %" PRIu64 " packets, unsound %" PRIu64
+               ", missing %" PRIu64 ", latest %.2f ms after its sending, %.0f baud\n",
+               r->world->frames.count, r->world->frames_refused, r->line.packets, r->line.unsound, r->line.missing,
+               (double)r->line.longest_ns * 1e-6, r->line.baud_ns > 0 ? 1e10 / (double)r->line.baud_ns : 0.0);
     }
     printf("stack: %u of %u levels; resets:", p->deepest, PIC_STACK);
     for (unsigned i = 0; i < RESETS; ++i) {
@@ -238,6 +244,11 @@ static bool write_json(const run_report *r)
                   ", \"restarts\": %" PRIu32,
                   t->frames, t->by_type[1], t->by_type[2] + t->by_type[4], t->by_type[3], t->lost, t->unsound,
                   t->failed, t->overruns, t->restarts);
+    (void)fprintf(file,
+                  ", \"line\": {\"packets\": %" PRIu64 ", \"unsound\": %" PRIu64 ", \"missing\": %" PRIu64
+                  ", \"refused\": %" PRIu64 ", \"longest_ms\": %.3f}",
+                  r->line.packets, r->line.unsound, r->line.missing, r->world->frames_refused,
+                  (double)r->line.longest_ns * 1e-6);
     (void)fprintf(file, ", \"undelivered\": %" PRIu64 ", \"attempts\": %" PRIu64 ", \"mpu_late_us\": %" PRIu32,
                   r->world->air.undelivered, r->world->air.attempts, t->mpu_late_us);
     (void)fprintf(file,

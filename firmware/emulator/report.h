@@ -15,6 +15,7 @@ typedef struct {
     const watch *times; /* NULL without a map */
     const struct outside *world;
     tally frames;
+    line_tally line;
     double speed; /* emulated time against the host's */
     uint64_t cycles;
 } run_report;

@@ -21,7 +21,8 @@ static bool take(symbol_table *table, const char *line)
     char where[32];
     unsigned address = 0;
     if (sscanf(line, " %199s 0x%x %31s", name, &address, where) != 3 || strcmp(where, "program") != 0 ||
-        table->count == SYMBOLS_MOST || name[0] != '_' || strlen(name) >= SYMBOL_NAME || strstr(name, "_DS_") != NULL) {
+        table->count == SYMBOLS_MOST || name[0] != '_' || strlen(name) >= SYMBOL_NAME || strstr(name, "_DS_") != NULL ||
+        strncmp(name, "_S_", 3) == 0) {
         return false;
     }
     symbol *item = &table->items[table->count];

@@ -24,6 +24,7 @@ typedef struct {
     fault_window mpu_absent; /* does not answer */
     double bno_stretch_us;   /* at every transfer, as the chip does when it is busy */
     double frames_per_s;     /* receiver: what the distant board sends */
+    double frames_until_s;   /* and until when */
 } world_options;
 
 /* A frame that the distant receiver got (or, for the receiver's hex, that was sent to it). */

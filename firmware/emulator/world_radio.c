@@ -91,7 +91,8 @@ static void collect(struct outside *o)
 void world_advance(struct outside *o, uint64_t ns)
 {
     faults_at(o, ns);
-    if (o->options.role == ROLE_RECEIVER && o->options.frames_per_s > 0 && ns >= o->next_frame_ns) {
+    if (o->options.role == ROLE_RECEIVER && ns >= o->next_frame_ns &&
+        (double)ns < o->options.frames_until_s * NS_PER_S) {
         send_frame(o);
     }
     do {

@@ -1,7 +1,7 @@
 """Random programs for the enhanced mid-range core, as words, and Intel hex of them.
 
-Encodings are those of the instruction set summary in data sheet DS40001866 (PIC16(L)F15356) and, for MOVLB alone, DS40001675
-(PIC16(L)F1788): there it has 5 bits of bank and another opcode.
+Encodings are those of the instruction set summary in data sheet DS40001866 (PIC16(L)F15356) and, for MOVLB alone,
+DS40001675 (PIC16(L)F1788): there it has 5 bits of bank and another opcode.
 """
 
 from __future__ import annotations
@@ -42,8 +42,10 @@ class Writer:
 
     def set_fsr(self) -> None:
         """FSR n into linear RAM, with room on both sides for what follows."""
-        n = self.dice.randrange(2)
-        self.put(0x3021 + self.dice.randrange(4), 0x0080 | FSR_HIGH[n], 0x3000 | self.dice.randrange(256), 0x0084 + 2 * n)
+        self.point(self.dice.randrange(2), 0x21 + self.dice.randrange(4), self.dice.randrange(256))
+
+    def point(self, n: int, high: int, low: int) -> None:
+        self.put(0x3000 | high, 0x0080 | FSR_HIGH[n], 0x3000 | low, 0x0084 + 2 * n)
 
     def file(self) -> int:
         kind = self.dice.random()
@@ -108,7 +110,8 @@ class Writer:
             self.put(0x3180 | target >> 8, 0x3000 | target & 0xFF, MOVWF_PCL, NOP, NOP)
         else:
             n = self.dice.randrange(2)
-            self.put(0x3080, 0x0080 | FSR_HIGH[n], 0x3000 | self.dice.randrange(3), 0x0084 + 2 * n, 0x3F00 | n << 6, 0x0010 | n << 2 | 2)
+            self.point(n, 0x80, self.dice.randrange(3))
+            self.put(0x3F00 | n << 6, 0x0010 | n << 2 | 2)
             self.set_fsr()
             self.put(0x3021, 0x0080 | FSR_HIGH[n])
 

@@ -13,7 +13,7 @@ import pytest
 from tests.firmware.build import FIRMWARE
 from tests.firmware.host_board import uncobs
 
-C_TESTS = ("frame", "cobs", "scheduler", "sample_clock", "sensors", "i2c", "nrf24", "receiver", "board")
+C_TESTS = ("frame", "cobs", "scheduler", "sample_clock", "sensors", "i2c", "nrf24", "receiver", "board", "emulator")
 
 
 @pytest.fixture
