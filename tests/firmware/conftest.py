@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -17,3 +18,12 @@ def firmware_build(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for data in folder.rglob("*.gcda"):
         data.unlink()
     return build(folder, f"-DGSENSE_FIRMWARE_TESTS={'ON' if with_tests else 'OFF'}")
+
+
+@pytest.fixture(scope="session")
+def pic_hex() -> Path:
+    """Folder with board.hex, receiver.hex and their maps."""
+    folder = os.environ.get("GSENSE_PIC_HEX")
+    if folder is None:
+        pytest.skip("no hex of the firmware: name its folder in GSENSE_PIC_HEX")
+    return Path(folder)
