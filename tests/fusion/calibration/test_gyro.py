@@ -15,11 +15,12 @@ from gsense_fusion.bags import load_run
 from gsense_fusion.calibrate import main
 from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro
 from gsense_fusion.compensation import GSensitivity, load_compensation
+from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.types import Role
 
 
 def _calibrated(session: PoseSession, variant: str = "matrix") -> GyroCalibration:
-    return calibrate_gyro([(session.run, Role.FIT)], "mpu6050", variant)[0]
+    return calibrate_gyro([(session.run, Role.FIT)], "mpu6050", variant, Site(50.0))[0]
 
 
 def test_poses_give_g_and_bias() -> None:

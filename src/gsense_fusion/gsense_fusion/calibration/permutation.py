@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.types import FloatArray, IntArray
 
 PERMUTATIONS = 999
 SEED = 20
@@ -39,7 +39,7 @@ def permutation_p_value(likelihood: Likelihood, null: Fit, earth_known: bool) ->
     earth = np.concatenate([W @ force[:, axis] for axis, (W, _) in whitened.items()])[:, None]
     nuisance = earth[:, :0] if earth_known else earth / np.linalg.norm(earth)
 
-    def explained(order: FloatArray) -> float:
+    def explained(order: IntArray) -> float:
         columns = of_pose[order][member]
         G = np.zeros((len(y), 3 * len(whitened)))
         b = len(columns)
