@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 
@@ -66,7 +67,7 @@ class MoveTo:
     max_velocity: float = 0.4  # m/s
     max_acceleration: float = 3.0  # m/s²
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Time the move takes [s]."""
         distance = abs(self.end - self.start)
@@ -112,17 +113,17 @@ class Sine:
     cycles: int  # whole periods at full amplitude
     max_ramp: float = 2.0  # s; the ramp is one period where that is shorter
 
-    @property
+    @cached_property
     def ramp(self) -> float:
         """Duration of the ramp at either end [s]."""
         return min(2.0 * math.pi / self.angular_frequency, self.max_ramp)
 
-    @property
+    @cached_property
     def steady(self) -> float:
         """Duration at full amplitude [s]."""
         return self.cycles * 2.0 * math.pi / self.angular_frequency
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Duration of the whole motion [s]."""
         return self.steady + 2.0 * self.ramp
@@ -157,7 +158,7 @@ class SoftStop:
     max_deceleration: float = 10.0  # m/s²; a sine of 0.15 m at 8 rad/s then ends inside its own stroke
     lead: float = 0.02  # s over which the deceleration sets in and ends
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Time until rest [s]."""
         return abs(self.start.velocity) / self.max_deceleration + self.lead

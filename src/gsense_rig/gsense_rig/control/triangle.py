@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from gsense_rig.control.references import Setpoint
 
@@ -36,17 +37,17 @@ class Triangle:
         if not triangle_is_possible(self.amplitude, self.angular_frequency):
             raise ValueError(f"a triangle of {self.amplitude} m is too fast at {self.angular_frequency} rad/s")
 
-    @property
+    @cached_property
     def half(self) -> float:
         """Half a period, s."""
         return math.pi / self.angular_frequency
 
-    @property
+    @cached_property
     def duration(self) -> float:
         """Seconds of the whole motion."""
         return 2.0 * self.half * self.cycles + SMOOTHING
 
-    @property
+    @cached_property
     def speed(self) -> float:
         """m/s between the corners: V (half - V / a) = 2 amplitude."""
         a = CORNER_ACCELERATION

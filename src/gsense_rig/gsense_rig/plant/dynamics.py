@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 ) = range(31)  # fmt: skip
 
 HISTORY_COLUMNS = 5
+STEPS_PER_SWITCH = 5  # the switches are looked at every 0.1 ms; they take 1 to 2 ms themselves
+SLOW = 6.0  # times the Stribeck speed, beyond which its share of friction is below 1e-15
 DIODE_DROP = 0.7  # V, of each of the two conducting body diodes
 
 
@@ -113,8 +115,10 @@ def _carriage_acceleration(x: float, v: float, belt: float, p: NDArray[np.float6
     if v == 0.0:
         held = abs(push) <= p[P_STATIC]
         return 0.0 if held else (push - math.copysign(p[P_STATIC], push)) / p[P_MASS]
-    breakaway = (p[P_STATIC] - p[P_COULOMB]) * math.exp(-((v / p[P_STRIBECK]) ** 2))
-    return (push - math.copysign(p[P_COULOMB] + breakaway, v) - p[P_VISCOUS] * v) / p[P_MASS]
+    dry = p[P_COULOMB]
+    if abs(v) < SLOW * p[P_STRIBECK]:
+        dry += (p[P_STATIC] - p[P_COULOMB]) * math.exp(-((v / p[P_STRIBECK]) ** 2))
+    return (push - math.copysign(dry, v) - p[P_VISCOUS] * v) / p[P_MASS]
 
 
 @njit(cache=True)
@@ -208,9 +212,10 @@ def advance(
         if remaining > 0.0:
             count = math.ceil(remaining / p[P_STEP] - 1e-9)
             h = remaining / max(count, 1)
-            for _ in range(count):
+            for n in range(1, count + 1):
                 _step(state, p, duty, disabled, h)
-                _update_switches(state, p)
+                if n % STEPS_PER_SWITCH == 0 or n == count:
+                    _update_switches(state, p)
             state[TIME] = target
         if k <= last:
             row = rows[k - first]
