@@ -23,6 +23,7 @@ setup(
     entry_points={
         "console_scripts": [
             "rig = gsense_rig.rig_node:main",
+            "faults = gsense_rig.faults:main",
             "record = gsense_rig.record:main",
             "tracking = gsense_rig.tracking:main",
             "simulate = gsense_rig.simulate:main",

@@ -158,44 +158,6 @@ def inject_jump(clock):
     clock.hardware.injection.encoder_jump = 4000
 
 
-FAULTS = {
-    "end switch": (lambda c: c.hardware.injection.switches.update({2: True}), Fault.END_SWITCH, 5e-3),
-    "overcurrent": (lambda c: setattr(c.hardware.injection, "current_offset", 12.0), Fault.OVERCURRENT, 7e-3),
-    "encoder frozen": (lambda c: setattr(c.hardware.injection, "encoder_frozen", True), Fault.ENCODER, 7e-3),
-    "encoder jumps": (inject_jump, Fault.ENCODER, 5e-3),
-    "emergency stop": (lambda c: setattr(c.hardware.injection, "emergency_stop", True), Fault.EMERGENCY_STOP, 5e-3),
-    "bridge": (lambda c: setattr(c.hardware.injection, "bridge_failed", True), Fault.BRIDGE, 5e-3),
-}
-
-
-@pytest.mark.parametrize("name", FAULTS)
-def test_fault_in_mid_run_at_8_rad_s_is_found_and_stops_the_carriage(name, capsys):
-    inject, fault, limit = FAULTS[name]
-    clock = at_full_speed()
-    onset, start = clock.now, clock.hardware.plant.position
-    inject(clock)
-    while clock.telemetry.mode != Mode.FAULT:
-        clock.step()
-        assert clock.now - onset < 0.2
-    found = clock.now - onset
-    clock.run_for(1.5)
-    stop = abs(clock.hardware.plant.position - start)
-    with capsys.disabled():
-        print(f"\n{name}: found after {found * 1e3:.1f} ms, stopped after {stop * 1e3:.0f} mm")
-    t = clock.telemetry
-    assert Fault(t.fault) is fault, t.fault_text
-    assert found <= limit + 1e-9
-    assert t.disabled
-    assert t.duty == 0.0
-    assert clock.hardware.plant.velocity == 0.0
-    if fault is Fault.BRIDGE:  # no brake left: it coasts
-        assert stop > 0.15
-    else:
-        assert stop < 0.05
-    assert abs(clock.hardware.plant.position) < 0.30
-    assert not clock.loop.take_results()[0].success
-
-
 def test_stall_is_found_and_reversals_are_not_taken_for_one():
     clock = homed()
     clock.hardware.injection.jammed = True
