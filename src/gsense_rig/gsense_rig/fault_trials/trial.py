@@ -42,7 +42,7 @@ class Row:
 
 def run_trial(case: Case, phase: float = 0.0, instant: float = INSTANTS[0], seed: int = 1) -> Outcome:
     """Drive 0.15 m at 8 rad/s, inject at a phase of it [rad] and an instant of the loop's period, see what happens."""
-    world = World(seed, position=-0.15)
+    world = World(seed, position=0.16)
     if case.at_start:
         world.home()
         case.inject(world)

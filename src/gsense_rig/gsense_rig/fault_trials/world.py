@@ -16,7 +16,7 @@ from gsense_rig.safety.monitor import SafetyLimits
 if TYPE_CHECKING:
     from gsense_rig.hardware.interface import HardwareReading, MotorOutput
     from gsense_rig.hardware.sim import SimRail
-    from gsense_rig.loop.messages import Command, Reply
+    from gsense_rig.loop.messages import Command, Reply, Result
 
 COMMAND_TIMEOUT = 0.015  # s, as for a card
 
@@ -139,7 +139,7 @@ class World:
             RuntimeError: the rig refused or failed.
         """
         self._accept(Home(1))
-        results = []
+        results: list[Result] = []
         while not results:
             self.step()
             results = self.loop.take_results()
@@ -160,7 +160,7 @@ class World:
             raise RuntimeError(reply.message)
 
     def drive(self, phase: float, amplitude: float = 0.15, angular_frequency: float = 8.0) -> None:
-        """Home, drive a sine and go on to a phase of it [rad] in its third full cycle.
+        """Home, drive a sine and go on to a phase of it [rad] at full amplitude.
 
         Raises:
             RuntimeError: the rig refused, or stopped itself.
@@ -168,7 +168,7 @@ class World:
         self.home()
         self.start_sine(amplitude, angular_frequency)
         period = 2.0 * math.pi / angular_frequency
-        self.run_for(1.0 + 3.0 * period)
+        self.run_for(1.0 + 1.5 * period)
         last, end = self._phase(angular_frequency, phase), self.now + 2.0 * period
         while self.now < end:
             self.step()
