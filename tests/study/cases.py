@@ -6,13 +6,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .simulator import Disturbance, SessionParameters, simulate, sweep_plan, whitened_energy
-from .simulator.disturbances import OUTSIDE
+from .simulator import Disturbance, SessionParameters, simulate, sweep_plan, turned_plan, whitened_energy
+from .simulator.disturbances import NAMED, OUTSIDE
 from .simulator.energy import scaled
 from .simulator.parameters import ChainParameters, NoiseParameters, ThermalParameters
 
-SINGLES = ("temperature_bias", "rail_curvature", "time_offset")
-PAIRS = (("temperature_bias", "rail_curvature"), ("rail_curvature", "time_offset"), ("temperature_bias", "time_offset"))
+SINGLES = tuple(NAMED)
+PAIRS = (
+    ("temperature_bias", "rail_curvature"),
+    ("rail_curvature", "time_offset"),
+    ("temperature_bias", "time_offset"),
+    ("rectification", "rail_curvature"),
+    ("brush_current", "temperature_bias"),
+    ("feedthrough", "hard_spring"),
+    ("bearing_play", "rail_curvature"),
+    ("back_emf", "rectification"),
+)
 LEVELS = (40.0, 400.0, 4000.0)
 
 
@@ -26,6 +35,13 @@ class Case:
     energy: float
     seed: int
     rate_hz: float = 200.0
+    plan: str = "sweep"
+    """sweep (one mounting), or turned (the minimum plan with the board turned)."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """What the catalogue calls the disturbances; empty for what it cannot name."""
+        return frozenset(NAMED[k] for k in self.kinds if k in NAMED)
 
     @property
     def label(self) -> str:
@@ -38,7 +54,7 @@ def parameters(case: Case) -> SessionParameters:
     base = NoiseParameters()
     return SessionParameters(
         seed=case.seed,
-        plan=sweep_plan(case.seed),
+        plan=turned_plan(case.seed) if case.plan == "turned" else sweep_plan(case.seed),
         rail_shape="spline" if case.seed % 3 == 0 else "arc",
         noise=replace(
             base, white=base.white * float(rng.uniform(0.8, 1.3)), relaxation=base.relaxation * rng.uniform(0, 1.5)
@@ -74,9 +90,9 @@ def with_disturbances(case: Case) -> SessionParameters:
     return replace(bare, disturbances=tuple(found))
 
 
-def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 0) -> list[Case]:
+def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 0, plan: str = "sweep") -> list[Case]:
     """`nulls` sessions without, `each` per effect and energy with something undeclared; in random order."""
-    cases = [Case("null", (), 0.0, first_seed + 10_000 + i, rate_hz) for i in range(nulls)]
+    cases = [Case("null", (), 0.0, first_seed + 10_000 + i, rate_hz, plan) for i in range(nulls)]
     for number, kinds in enumerate([(k,) for k in SINGLES] + list(PAIRS) + [(k,) for k in OUTSIDE]):
         group = "pair" if len(kinds) == 2 else "single" if kinds[0] in SINGLES else "outside"
         levels = LEVELS if group == "single" else LEVELS[1:]
@@ -84,6 +100,6 @@ def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 
             seeds = range(
                 first_seed + 20_000 + 1000 * number + 200 * i, first_seed + 20_000 + 1000 * number + 200 * i + each
             )
-            cases += [Case(group, kinds, energy, seed, rate_hz) for seed in seeds]
+            cases += [Case(group, kinds, energy, seed, rate_hz, plan) for seed in seeds]
     order = np.random.default_rng(first_seed).permutation(len(cases))
     return [cases[i] for i in order]

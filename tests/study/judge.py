@@ -25,6 +25,8 @@ class Outcome:
     seed: int
     verdict: str = "error"
     found: list[str] = field(default_factory=list)
+    rivals: list[list[str]] = field(default_factory=list)
+    """Listed alternatives of each finding."""
     exact: bool = False
     within_rivals: bool = False
     wrong: bool = False
@@ -64,10 +66,11 @@ def judge(case: Case) -> Outcome:
 
 def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> None:
     """Fill in the outcome."""
-    truth = frozenset(case.kinds) if case.group in ("single", "pair") else frozenset()
+    truth = case.names if case.group in ("single", "pair") else frozenset()
     named = [(f.effect, f.alternatives) for f in result.findings]
     out.verdict = result.verdict
     out.found = sorted(n for n, _ in named)
+    out.rivals = [list(f.alternatives) for f in result.findings]
     confident = result.verdict == "effects_found"
     if case.group == "outside":
         out.exact = out.within_rivals = result.verdict == "unexplained" and not named

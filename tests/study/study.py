@@ -32,9 +32,11 @@ def main() -> int:
     """Run the study and print its table."""
     a = _arguments()
     console = Console(width=None if sys.stdout.isatty() else 150)
-    cases = make_cases(a.sessions, a.each, a.rate, a.first_seed)
+    cases = make_cases(a.sessions, a.each, a.rate, a.first_seed, a.plan)
     if a.only:
         cases = [c for c in cases if c.group in a.only or c.label in a.only]
+    if a.energies:
+        cases = [c for c in cases if c.energy in a.energies]
     outcomes = _earlier(a.out, cases)
     done = {_key(o.label, o.energy, o.seed) for o in outcomes}
     todo = [c for c in cases if _key(c.label, c.energy, c.seed) not in done]
@@ -59,11 +61,13 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--rate", type=float, default=200.0, help="sample rate in Hz (default 200)")
     parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
+    parser.add_argument("--plan", choices=("sweep", "turned"), default="sweep", help="turned: with the board turned")
+    parser.add_argument("--energies", nargs="*", type=float, default=[], help="whitened energies: 40, 400, 4000")
     parser.add_argument("--only", nargs="*", default=[], help="groups or effects: null, single, rail_curvature, ...")
     parser.add_argument("--out", type=Path, default=None, help="outcomes, one JSON a line")
     a = parser.parse_args()
     if a.out is None:
-        a.out = ROOT / "out" / "study" / f"outcomes_{a.rate:g}hz_{a.first_seed}.jsonl"
+        a.out = ROOT / "out" / "study" / f"outcomes_{a.plan}_{a.rate:g}hz_{a.first_seed}.jsonl"
     return a
 
 

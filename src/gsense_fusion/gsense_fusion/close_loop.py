@@ -64,7 +64,9 @@ def _parser() -> argparse.ArgumentParser:
 
 def _run(arguments: argparse.Namespace) -> LoopResult:
     bags = roles(arguments.fit, arguments.held_out)
-    catalogue = CATALOGUE if arguments.effects is None else (*CATALOGUE, *own_effects(arguments.effects))
+    own = [] if arguments.effects is None else own_effects(arguments.effects)
+    replaced = {effect.name for effect in own}
+    catalogue = (*own, *(e for e in CATALOGUE if e.name not in replaced))
     settings = Settings(arguments.sensor, tuple(arguments.declared), catalogue, _site(arguments))
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as progress:

@@ -9,7 +9,16 @@ angular rate is a finite rotation difference, noise a sum of Markov processes. O
 from __future__ import annotations
 
 from .energy import whitened_energy
-from .parameters import Disturbance, PlannedRun, SessionParameters, sweep_plan
+from .parameters import Disturbance, PlannedRun, SessionParameters, sweep_plan, turned_plan
 from .session import Session, simulate
 
-__all__ = ["Disturbance", "PlannedRun", "Session", "SessionParameters", "simulate", "sweep_plan", "whitened_energy"]
+__all__ = [
+    "Disturbance",
+    "PlannedRun",
+    "Session",
+    "SessionParameters",
+    "simulate",
+    "sweep_plan",
+    "turned_plan",
+    "whitened_energy",
+]

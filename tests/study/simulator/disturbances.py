@@ -1,4 +1,4 @@
-"""What the declared model may lack, each by a physical mechanism: what it adds to the angular rate at 1 kHz."""
+"""What the declared model may lack, each by a physical mechanism, at 1 kHz."""
 
 from __future__ import annotations
 
@@ -33,6 +33,8 @@ class Scene:
     direction: Array
     """Unit vector of this session: how the mechanism acts on the axes."""
     session_s: float
+    volts: Array
+    """The board's cell, V, shape (n,)."""
     rng: np.random.Generator
 
 
@@ -42,8 +44,8 @@ def temperature(scene: Scene, size: float) -> Array:
 
 
 def rectification(scene: Scene, size: float) -> Array:
-    """A proof mass on an asymmetric spring, x + 0.01 x^2 = a: what is not linear. Size in (rad/s)/(m/s^2)^2."""
-    soft = 0.01
+    """A proof mass on an asymmetric spring, x + 0.003 x^2 = a: what is not linear. Size in (rad/s)/(m/s^2)^2."""
+    soft = 0.003
     x = (np.sqrt(1.0 + 4.0 * soft * scene.travel.acceleration) - 1.0) / (2.0 * soft)
     return np.outer(size / soft * (x - scene.travel.acceleration), scene.direction)
 
@@ -81,6 +83,64 @@ def speed_noise(scene: Scene, size: float) -> Array:
     return size * np.abs(scene.travel.velocity)[:, None] * draws
 
 
+def hard_spring(scene: Scene, size: float) -> Array:
+    """A proof mass whose spring hardens like tan: odd orders. Size in rad/s at 10 m/s^2."""
+    x = scene.travel.acceleration / 10.0
+    return np.outer(size * (np.arctan(0.8 * x) / 0.8 - x), scene.direction)
+
+
+def back_emf(scene: Scene, size: float) -> Array:
+    """The motor's terminal voltage through a 20 Hz input filter, without its resistive part. Size in rad/s at 1 m/s."""
+    return np.outer(size * _first_order(scene.travel.velocity, 20.0), scene.direction)
+
+
+def brush_current(scene: Scene, size: float) -> Array:
+    """The current that overcomes friction alone, slower than the reversal. Size in rad/s."""
+    return np.outer(size * np.tanh(scene.travel.velocity / 0.01), scene.direction)
+
+
+def feedthrough(scene: Scene, size: float) -> Array:
+    """A capacitive coupling: acceleration through a 60 Hz high-pass. Size in rad/s at 100 m/s^3."""
+    a = scene.travel.acceleration
+    return np.outer(size * 2 * np.pi * 60.0 / 100.0 * (a - _first_order(a, 60.0)), scene.direction)
+
+
+def supply(scene: Scene, size: float) -> Array:
+    """The zero-rate output follows the board's cell. Size in rad/s/V."""
+    return np.outer(size * (scene.volts - 3.9), scene.direction)
+
+
+def _first_order(series: Array, corner_hz: float) -> Array:
+    k = 1.0 - np.exp(-2 * np.pi * corner_hz / RATE_HZ)
+    return np.asarray(lfilter([k], [1.0, k - 1.0], series, zi=[series[0] * (1 - k)])[0])
+
+
+def bearing_play(scene: Scene, size: float) -> Array:
+    """Bouc-Wen hysteresis of the bearings over 0.4 mm of travel. Size: half the turn in rad."""
+    z = np.zeros(len(scene.time))
+    travel = np.diff(scene.travel.position) / 4e-4
+    state = 0.0
+    for i, step in enumerate(travel):
+        state += step - abs(step) * state  # z' = s' (1 - |z| sign(s' z)) of exponent one, exactly at the limit
+        state = min(max(state, -1.0), 1.0)
+        z[i + 1] = state
+    return np.outer(size * z, scene.direction)
+
+
+def belt_lever(scene: Scene, size: float) -> Array:
+    """The belt pulls above the centre of mass of a carriage on elastic bearings (35 Hz). Size in rad at 10 m/s^2."""
+    w = 2 * np.pi * 35.0
+    num, den, _ = cont2discrete(([w * w], [1.0, 0.3 * w, w * w]), 1.0 / RATE_HZ, "bilinear")
+    return np.outer(size / 10.0 * lfilter(num[0], den, scene.travel.acceleration), scene.direction)
+
+
+def teeth(scene: Scene, size: float) -> Array:
+    """A ripple of 5.08 mm with a second harmonic: the angle that makes a rate of the size in rad/s at 0.1 m/s."""
+    k = 2 * np.pi / 5.08e-3
+    s = scene.travel.position
+    return np.outer(size / (0.1 * k) * (np.sin(k * s + 1.0) + 0.1 * np.sin(2 * k * s)), scene.direction)
+
+
 MECHANISMS: dict[str, Callable[[Scene, float], Array]] = {
     "temperature_bias": temperature,
     "rectification": rectification,
@@ -89,9 +149,37 @@ MECHANISMS: dict[str, Callable[[Scene, float], Array]] = {
     "bias_jump": jump,
     "motion_tone": motion_tone,
     "speed_noise": speed_noise,
+    "hard_spring": hard_spring,
+    "back_emf": back_emf,
+    "brush_current": brush_current,
+    "feedthrough": feedthrough,
+    "supply": supply,
 }
-OUTSIDE = tuple(k for k in MECHANISMS if k != "temperature_bias")
-"""What the identification's first catalogue cannot name."""
+"""What each adds to the gyro, rad/s."""
+TURNS: dict[str, Callable[[Scene, float], Array]] = {
+    "bearing_play": bearing_play,
+    "belt_lever": belt_lever,
+    "teeth": teeth,
+}
+"""How each truly turns the carriage, rad about the carriage's axes: the gyro sees the rate, gravity tilts."""
+NAMED = {
+    "temperature_bias": "temperature_bias",
+    "rail_curvature": "rail_curvature",
+    "time_offset": "time_offset",
+    "rectification": "g_squared",
+    "hard_spring": "g_cubed",
+    "back_emf": "speed_pickup",
+    "brush_current": "friction_pickup",
+    "feedthrough": "jerk_coupling",
+    "supply": "supply_voltage",
+    "bearing_play": "reversal_rock",
+    "belt_lever": "belt_tilt",
+    "teeth": "belt_tooth",
+    "bias_jump": "bias_jump",
+}
+"""The catalogue's name of each mechanism that it has one for."""
+OUTSIDE = tuple(k for k in MECHANISMS if k not in NAMED)
+"""What the catalogue cannot name."""
 UNIT_SIZE = {
     "temperature_bias": 2e-4,
     "rail_curvature": 1e-3,
@@ -102,5 +190,13 @@ UNIT_SIZE = {
     "bias_jump": 3e-4,
     "motion_tone": 3e-5,
     "speed_noise": 1e-4,
+    "hard_spring": 1e-4,
+    "back_emf": 1e-4,
+    "brush_current": 1e-4,
+    "feedthrough": 1e-4,
+    "supply": 1e-2,
+    "bearing_play": 1e-5,
+    "belt_lever": 1e-5,
+    "teeth": 1e-3,
 }
 """A size at which each can be seen: where scaling to an energy starts."""

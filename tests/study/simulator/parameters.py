@@ -119,3 +119,15 @@ def sweep_plan(seed: int, statics: int = 2, held_out: bool = True) -> tuple[Plan
         runs += [PlannedRun(w, role="held_out") for w in HELD_OUT_FREQUENCIES]
     runs += [PlannedRun(0.0, duration_s=60.0) for _ in range(statics)]
     return tuple(runs[i] for i in rng.permutation(len(runs)))
+
+
+def turned_plan(seed: int) -> tuple[PlannedRun, ...]:
+    """Twelve minutes: a sweep, a short stroke, the board turned by 180 degrees, statics at three places."""
+    rng = np.random.default_rng([seed, 993])
+    runs = [PlannedRun(w, 30.0) for w in (1.0, 2.0, 5.0, 6.0, 8.0)]
+    runs += [PlannedRun(8.0, 30.0, amplitude=0.05), PlannedRun(0.0, 40.0), PlannedRun(0.0, 40.0, position=0.2)]
+    runs += [PlannedRun(w, 30.0, role="held_out") for w in (3.0, 4.0, 7.0)]
+    order = rng.permutation(len(runs))
+    turned = [PlannedRun(w, 30.0, turned=True) for w in (3.0, 7.0)]
+    turned += [PlannedRun(5.0, 30.0, role="held_out", turned=True), PlannedRun(0.0, 36.0, turned=True)]
+    return tuple([runs[i] for i in order] + turned)

@@ -156,8 +156,13 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
     time = start + travel.time
     scene = mechanisms.Scene(
         time, travel, world.temperatures.element_at(time) - 25.0, mounting.apply([1.0, 0.0, 0.0]), world.direction,
-        world.length_s, np.random.default_rng([p.seed, 4, number]),
+        world.length_s, _volts(world, time), np.random.default_rng([p.seed, 4, number]),
     )  # fmt: skip
+    for d in p.disturbances:
+        if d.kind in mechanisms.TURNS:
+            angle = mounting.apply(mechanisms.TURNS[d.kind](scene, d.size))
+            rate = rate + np.gradient(angle, 1.0 / RATE_HZ, axis=0)
+            force = force - np.cross(angle, force)
     rate = rate + world.bias + force @ world.g.T
     for d in p.disturbances:
         if d.kind in mechanisms.MECHANISMS:
@@ -180,6 +185,7 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
         topic=f"{SENSOR}/imu/data_raw",
         imu=imu,
         pose=_encoder(p, travel, start, rng),
+        battery=_battery(world, start, run.duration_s, rng),
         temperature=_thermometer(world, start, run.duration_s, rng) if p.temperature_topic else None,
         link=LinkCounts(int(kept.sum()), int((~kept).sum()), 0, 0, 0, 0),
     )
@@ -209,6 +215,19 @@ def _encoder(p: SessionParameters, travel: Travel, start: float, rng: np.random.
     position = np.interp(time, travel.time, travel.position)
     counted = np.round(position / c.encoder_quantum) * c.encoder_quantum
     return PoseSeries(_stamp(p, start + time + c.encoder_jitter_s * rng.standard_normal(len(time))), counted)
+
+
+def _volts(world: _World, time: Array) -> Array:
+    """A cell that discharges, with the slow load changes of a radio: V over session time."""
+    phase = float(world.p.seed % 97)
+    sag = 0.012 * np.sin(2 * np.pi * time / 173.0 + phase) + 0.008 * np.sign(np.sin(2 * np.pi * time / 241.0 + phase))
+    return np.asarray(4.0 - 0.1 * time / world.length_s + sag)
+
+
+def _battery(world: _World, start: float, duration: float, rng: np.random.Generator) -> ScalarSeries:
+    time = start + np.arange(0.1, duration, 1.0)
+    volts = _volts(world, time) + 0.002 * rng.standard_normal(len(time))
+    return ScalarSeries(_stamp(world.p, time), np.round(volts, 3))
 
 
 def _thermometer(world: _World, start: float, duration: float, rng: np.random.Generator) -> ScalarSeries:

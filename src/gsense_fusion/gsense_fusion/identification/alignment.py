@@ -30,13 +30,16 @@ class Tolerance:
     """Shape (r,)."""
 
     @staticmethod
-    def of(beta: FloatArray, groups: tuple[IntArray, ...]) -> Tolerance:
-        """From coefficients (P,); the components of one vector (a group) mix, so they share its length."""
+    def of(beta: FloatArray, groups: tuple[IntArray, ...], used: IntArray) -> Tolerance:
+        """From coefficients (P,); the components of one vector (a group) mix, so they share its length.
+
+        `used`: the columns of the model; others have no tolerance.
+        """
         columns: list[int] = []
         variance: list[float] = []
         for group in groups:
             size = float(np.sum(beta[group] ** 2))
-            if size > 0:
+            if size > 0 and np.isin(group, used).all():
                 columns.extend(int(c) for c in group)
                 variance.extend([TOLERANCE**2 * size] * len(group))
         return Tolerance(np.array(columns, dtype=np.int64), np.array(variance))

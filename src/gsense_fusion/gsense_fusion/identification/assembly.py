@@ -72,22 +72,36 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         + tuple(n for c in a.clean for n in c.notes),
         ranking=_ranking(a.selection, full),
         plots=_plots(a, traces),
+        supply_reference=a.likelihood.source.supply_reference,
+        direction=_direction(a),
     )
 
 
 def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
-    """Linear parameters with their errors, then the searched ones."""
-    first = likelihood.columns.start[effect.name]
+    """Linear parameters with their errors (those of the effect's further terms too), then the searched ones."""
     out = {}
-    spread = refinement_variance(likelihood, fit, effect)
-    for i, parameter in enumerate(effect.parameters):
-        stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0) + spread[first + i]))
-        out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
+    for part in (e for e in likelihood.effects if effect.name in (e.name, e.part_of)):
+        first = likelihood.columns.start[part.name]
+        spread = refinement_variance(likelihood, fit, part)
+        for i, parameter in enumerate(part.parameters):
+            stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0) + spread[first + i]))
+            out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
     for template in effect.templates:
-        value = float(getattr(fit.templates, template.field))
-        stderr = template_stderr(likelihood, fit, template) if template.owns_effect or value else 0.0
+        value = fit.templates.get(template.field, template.default)
+        known = not template.optional or value != template.default
+        stderr = template_stderr(likelihood, fit, template) if known else 0.0
         out[template.name] = Parameter(value, stderr, template.unit)
-    return out
+    return effect.report(out)
+
+
+def _direction(a: Analysis) -> tuple[float, float, float] | None:
+    """The axis of the sensor that the rail is nearest to: what the effects of odd powers take for their sign."""
+    known = [r.mounting.along for r in a.campaign.runs if r.mounting is not None and r.mounting.along is not None]
+    if not known:
+        return None
+    along = known[0] * np.sign(known[0][int(np.argmax(np.abs(known[0])))])
+    x, y, z = (float(v) for v in along / np.linalg.norm(along))
+    return x, y, z
 
 
 def _declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
@@ -188,7 +202,10 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
 
 
 def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
-    """The run that tells an effect from its rivals, as it or one of them knows it."""
+    """The run that tells an effect from its rivals, as the pair, it or one of them knows it."""
+    for one, other in [(name, n) for n in alternatives] + [(n, name) for n in alternatives]:
+        if other in a.selection.effects[one].separates:
+            return a.selection.effects[one].separates[other]
     known = (a.selection.effects[n].separating_run for n in (name, *alternatives))
     return next((run for run in known if run is not None), None) if alternatives else None
 

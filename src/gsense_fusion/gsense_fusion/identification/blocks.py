@@ -7,11 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import DriverSource, RunData, Window
-from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.slow import Blocks
-from gsense_fusion.identification.types import FloatArray
-from gsense_fusion.identification.whitened import design
 
 BLOCK_S = 8.0
 
@@ -52,21 +49,3 @@ def block_means(runs: Sequence[RunData], cuts: Sequence[Cut]) -> Blocks:
         [-1 if runs[r].mounting_number is None else runs[r].mounting_number for r, _ in cuts], dtype=np.int64
     )
     return Blocks(time, duration, rate, session, run, pose)
-
-
-def block_design(
-    runs: Sequence[RunData],
-    cuts: Sequence[Cut],
-    effects: tuple[Effect, ...],
-    source: DriverSource,
-    templates: Templates,
-) -> FloatArray:
-    """Block means of the effects' columns, shape (b, 3, P)."""
-    total = sum(len(effect.parameters) for effect in effects)
-    out = np.zeros((len(cuts), 3, total))
-    columns: dict[int, FloatArray] = {}
-    for i, (number, window) in enumerate(cuts):
-        if number not in columns:
-            columns = {number: design(effects, source, runs[number], templates)}
-        out[i] = columns[number][window.start : window.stop].mean(axis=0)
-    return out

@@ -8,6 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy.fft import prev_fast_len
+from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
@@ -142,31 +143,55 @@ def _cut(run: CleanRun, start: float, stop: float, moving: bool) -> Window:
     return Window(low, low + length, moving)
 
 
+SPLINE_HZ = 200.0
+"""Knots between which a delayed motion is interpolated: its derivatives end at 20 Hz."""
+
+
 class DriverSource:
     """Drivers of each run at given template values, remembered for the last few."""
 
     def __init__(self, campaign: Campaign) -> None:
         """Take the campaign whose runs' drivers are wanted."""
-        self._cached = lru_cache(maxsize=4 * len(campaign.runs))(self._make)
+        n = len(campaign.runs)
+        self._cached = lru_cache(maxsize=2 * n)(self._make)
+        self._moved = lru_cache(maxsize=4 * n)(self._kinematics)
+        self._spline = lru_cache(maxsize=n)(_motion_spline)
+        known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
+        self.supply_reference = float(np.mean(known)) if known else None
+        """V0 of supply_voltage: the fit runs' mean, V."""
 
     def of(self, data: RunData, templates: Templates) -> Drivers:
         """Drivers on the run's whole grid."""
         return self._cached(data, templates)
 
     def _make(self, data: RunData, templates: Templates) -> Drivers:
-        time = data.run.time
-        kin = self._kinematics(data, time - data.delay_s - templates.gyro_delay_s)
+        kin = self._moved(data, templates.gyro_delay_s)
         return Drivers(
             kinematics=kin,
             mounting=data.mounting,
             specific_force=specific_force(data, kin),
             temperature=lagged_temperature(data.run, templates.temperature_lag_s),
-            time=time,
+            time=data.run.time,
+            supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
+            templates=templates,
         )
 
-    @staticmethod
-    def _kinematics(data: RunData, time: FloatArray) -> Kinematics:
-        return Kinematics.at_rest(0.0, len(time)) if data.motion is None else data.motion.at(time)
+    def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
+        time = data.run.time - data.delay_s
+        if data.motion is None:
+            return Kinematics.at_rest(0.0, len(time))
+        if gyro_delay_s == 0.0 or data.motion.moving is None:
+            return data.motion.at(time)
+        return Kinematics(*self._spline(data)(time - gyro_delay_s).T)
+
+
+def _motion_spline(data: RunData) -> CubicSpline:
+    """The run's motion on knots, to be shifted in time quickly; constant beyond its ends."""
+    rate = max(SPLINE_HZ, data.run.rate_hz)
+    time = data.run.time - data.delay_s
+    knots = np.arange(time[0] - 0.3, time[-1] + 0.3, 1.0 / rate)
+    kin = Kinematics.at_rest(0.0, len(knots)) if data.motion is None else data.motion.at(knots)
+    return CubicSpline(knots, np.stack([kin.position, kin.velocity, kin.acceleration, kin.jerk], axis=1))
 
 
 def specific_force(data: RunData, kin: Kinematics) -> FloatArray | None:
@@ -193,16 +218,3 @@ def lagged_temperature(run: CleanRun, lag_s: float) -> FloatArray | None:
     slope = float(np.polyfit(run.time[:head], above[:head], 1)[0])
     start = above[0] - slope * lag_s
     return np.asarray(lfilter([k], [1.0, k - 1.0], above, zi=[start * (1.0 - k)])[0])
-
-
-def slice_drivers(drivers: Drivers, window: Window) -> Drivers:
-    """The drivers of a window."""
-    cut = slice(window.start, window.stop)
-    kin = drivers.kinematics
-    return Drivers(
-        kinematics=Kinematics(kin.position[cut], kin.velocity[cut], kin.acceleration[cut], kin.jerk[cut]),
-        mounting=drivers.mounting,
-        specific_force=None if drivers.specific_force is None else drivers.specific_force[cut],
-        temperature=None if drivers.temperature is None else drivers.temperature[cut],
-        time=drivers.time[cut],
-    )

@@ -42,7 +42,8 @@ def judge(selection: Selection, best: Fit) -> Claims:
     """Apply the vetoes to the best model and test what is left."""
     likelihood = selection.likelihood
     notes: list[str] = []
-    found = sorted(best.names - selection.declared, key=lambda n: -selection.gain(best, n)[0])
+    terms = frozenset(n for n, e in selection.effects.items() if e.part_of is not None)
+    found = sorted(best.names - selection.declared - terms, key=lambda n: -selection.gain(best, n)[0])
     names: list[str] = []
     refinements: list[str] = []
     strongest = max((selection.gain(best, n)[0] for n in found if selection.effects[n].dynamic), default=0.0)
@@ -53,7 +54,7 @@ def judge(selection: Selection, best: Fit) -> Claims:
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if t.owns_effect):
+        elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
             notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
         elif dynamic and not survives(selection, best, name):
             notes.append(f"{name} does not hold on runs left out in turn: dropped")
@@ -107,11 +108,11 @@ def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
 
 
 def _columns_of(selection: Selection, name: str) -> IntArray:
-    return selection.likelihood.columns.index(frozenset({name}))
+    return selection.likelihood.columns.index(selection.with_parts({name}))
 
 
 def _fit(selection: Selection, names: Sequence[str]) -> Fit:
-    return selection.candidate(selection.declared | frozenset(names)).fit
+    return selection.candidate(selection.with_parts(selection.declared | frozenset(names))).fit
 
 
 def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
@@ -120,7 +121,7 @@ def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
         allowed = frozenset(names[: i + 1]) | selection.declared
         # an effect that needs a later one (time_offset needs G) comes into the model with it
         needs = frozenset(need for n in allowed for need in selection.effects[n].needs)
-        steps[names[i]] = selection.candidate(allowed | needs).fit
+        steps[names[i]] = selection.candidate(selection.with_parts(allowed | needs)).fit
     steps["full"] = _fit(selection, names)
     return steps
 
@@ -128,7 +129,7 @@ def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
 def survives(selection: Selection, best: Fit, name: str) -> bool:
     """Whether, on every run left out in turn, the effect fitted on the others gains likelihood in sum."""
     likelihood = selection.likelihood
-    dropped = frozenset(n for n in best.names if n == name or name in selection.effects[n].needs)
+    dropped = selection.with_dependants(best.names, name)
     without = selection.candidate(best.names - dropped).fit
     if not any(w.moving for r in likelihood.campaign.fit for w in r.windows):  # still poses only
         return _left_out_poses(likelihood, best) < _left_out_poses(likelihood, without)
@@ -163,8 +164,8 @@ def _solve_without(
 
 def _left_out(likelihood: Likelihood, fit: Fit) -> float:
     """Log-likelihood of every run's motion under coefficients from the other runs."""
-    grams = likelihood.fast.grams(fit.templates.fast)
-    slow = likelihood.slow_gram(fit.templates, fit.drift)
+    grams = likelihood.fast.grams(fit.templates, fit.names)
+    slow = likelihood.slow_gram(fit.templates, fit.drift, fit.names)
     total = slow
     for gram in grams:
         total = total + gram
@@ -183,7 +184,7 @@ def _left_out(likelihood: Likelihood, fit: Fit) -> float:
 def _removed_part(selection: Selection, full: Fit, name: str) -> float:
     """Part of the drive-locked energy that the effect removes from the model without it."""
     likelihood = selection.likelihood
-    dropped = frozenset(n for n in full.names if n == name or name in selection.effects[n].needs)
+    dropped = selection.with_dependants(full.names, name)
     without = selection.candidate(full.names - dropped).fit
     runs = likelihood.campaign.fit
     before = order_energy([w for w in residuals(likelihood, without, runs) if w.window.moving]).locked()
@@ -194,11 +195,11 @@ def _removed_part(selection: Selection, full: Fit, name: str) -> float:
 def _nearest(selection: Selection, full: Fit) -> list[str]:
     """Effects that would explain some of the rest, best first."""
     gains = []
-    for name in selection.effects:
+    for name in selection.claimable():
         names = full.names | {name}
         if name in full.names or not selection.allowed(names):
             continue
-        gain = 2 * (selection.candidate(names).fit.loglik - full.loglik)
+        gain = 2 * (selection.rough(names).fit.loglik - full.loglik)
         if gain > RIVAL_LOGLIK:
             gains.append((gain, name))
     return [name for _, name in sorted(gains, reverse=True)]

@@ -96,7 +96,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
 
 
 def _check_declared(settings: Settings) -> None:
-    known = {effect.name for effect in settings.catalogue} | {"bias"}
+    known = {effect.name for effect in settings.catalogue if effect.part_of is None} | {"bias"}
     unknown = [n for n in settings.declared if n not in known]
     if unknown:
         raise IdentificationError(f"--declared {unknown[0]}: no such effect; known are {', '.join(sorted(known))}")
@@ -138,6 +138,8 @@ def decidable(
     for effect in catalogue:
         reasons = [reason for reason in (effect.missing(d) for d in drivers) if reason is not None]
         if reasons and (effect.every_run or len(reasons) == len(drivers)):
+            if effect.part_of is not None:
+                continue
             lacking.append(f"{effect.name} {UNDECIDED}: {reasons[0]}")
         elif all(any(e.name == need for e in catalogue) for need in effect.needs):
             kept.append(effect)

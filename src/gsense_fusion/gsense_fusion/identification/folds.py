@@ -14,6 +14,7 @@ from gsense_fusion.identification.metrics import Held
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.predict import Prediction, Predictor
 from gsense_fusion.identification.types import Role
+from gsense_fusion.identification.whitened import Columns
 
 MAX_FOLDS = 40
 
@@ -30,9 +31,11 @@ def make_folds(
     Structure, template values and drift stay as found; coefficients are fitted anew without the held-out runs.
     """
     source = DriverSource(campaign)
+    used = tuple(e for e in effects if any(e.name in fit.names for fit in fits.values()))
+    fits = {label: _narrowed(fit, effects, used) for label, fit in fits.items()}
     if campaign.held_out:
         models = {label: Prediction.of(label, fit) for label, fit in fits.items()}
-        return [Held(campaign.held_out, campaign.runs, _with_raw(models), Predictor(effects, source))]
+        return [Held(campaign.held_out, campaign.runs, _with_raw(models), Predictor(used, source))]
     out = []
     groups = _groups(campaign)
     for number, members in enumerate(groups):
@@ -42,13 +45,20 @@ def make_folds(
         fold_source = DriverSource(fold)
         if not fold.fit:
             continue
-        likelihood = Likelihood(fold, fold_source, effects, noise)
+        likelihood = Likelihood(fold, fold_source, used, noise)
         models = {
             label: Prediction.of(label, likelihood.evaluate(fit.names, fit.templates, fit))
             for label, fit in fits.items()
         }
-        out.append(Held(fold.held_out, fold.runs, _with_raw(models), Predictor(effects, fold_source)))
+        out.append(Held(fold.held_out, fold.runs, _with_raw(models), Predictor(used, fold_source)))
     return out
+
+
+def _narrowed(fit: Fit, effects: tuple[Effect, ...], used: tuple[Effect, ...]) -> Fit:
+    """A fit with the columns of some of the effects."""
+    keep = Columns.of(effects).index(frozenset(e.name for e in used))
+    alignment = {m: delta[keep] for m, delta in fit.alignment.items()}
+    return replace(fit, beta=fit.beta[keep], covariance=fit.covariance[np.ix_(keep, keep)], alignment=alignment)
 
 
 def _groups(campaign: Campaign) -> list[tuple[RunData, ...]]:

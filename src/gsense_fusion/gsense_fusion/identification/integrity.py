@@ -51,6 +51,8 @@ class CleanRun:
     """Die temperature on the grid in degrees Celsius, smoothed, shape (n,)."""
     unit_id: str | None = None
     notes: tuple[str, ...] = ()
+    supply: FloatArray | None = None
+    """Supply voltage on the grid in V, running means over five readings, shape (n,)."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -128,6 +130,7 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         temperature=_smooth(run.temperature, epoch_ns, time),
         unit_id=run.unit_id,
         notes=run.notes + _clipping_notes(imu.angular_rate, axes),
+        supply=_running_mean(run.battery, epoch_ns, time),
     )
 
 
@@ -176,6 +179,15 @@ def _smooth(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> Flo
     order = 3 if len(stamps) >= 40 else 1
     fit = np.polynomial.Polynomial.fit(stamps, series.value, order, domain=[middle - half, middle + half])
     return np.asarray(fit(time), dtype=float)
+
+
+def _running_mean(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> FloatArray | None:
+    """Means over five readings, interpolated: a supply that is toggled keeps its steps."""
+    if series is None or len(series.stamp_ns) < 5 or not np.isfinite(series.value).all():
+        return None
+    padded = np.pad(series.value, 2, mode="edge")
+    mean = np.convolve(padded, np.full(5, 0.2), mode="valid")
+    return np.asarray(np.interp(time, (series.stamp_ns - epoch_ns) * 1e-9, mean), dtype=float)
 
 
 def _clipping_notes(rate: FloatArray, axes: tuple[int, ...]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsense_fusion.identification.alignment import Tolerance, differences, marginalise
-from gsense_fusion.identification.blocks import block_design, block_means, cut_blocks
+from gsense_fusion.identification.blocks import block_means, cut_blocks
 from gsense_fusion.identification.campaign import Campaign, DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
@@ -43,10 +43,6 @@ class Fit:
     def beta_in(self, mounting: int | None) -> FloatArray:
         """Coefficients in one mounting, shape (P,)."""
         return self.beta if mounting is None or mounting not in self.alignment else self.beta + self.alignment[mounting]
-
-    def bic_cost(self, searched: int, n: int) -> float:
-        """Penalty on twice the log-likelihood: every identified and every searched parameter costs ln n."""
-        return (self.rank + searched) * float(np.log(n))
 
 
 def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArray, FloatArray, int]:
@@ -87,25 +83,27 @@ class Likelihood:
         self.effects = effects
         self.noise = noise
         self.columns = Columns.of(effects)
-        self.fast = WhitenedCampaign(campaign, source, effects, noise)
         self.cuts = cut_blocks(campaign.fit)
+        self.fast = WhitenedCampaign(campaign, source, effects, noise, self.cuts)
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
         self.rest_drift = initial_drift(noise)
         self._rotations = self.columns.vectors(tuple(e for e in effects if e.owner is Owner.RIG))
-        self._designs: dict[Templates, FloatArray] = {}
+        self._slow_names = frozenset(e.name for e in effects if e.slow)
+        self._slow_fields = frozenset(t.field for e in effects if e.slow for t in e.templates)
+        self._drifts: dict[tuple[frozenset[str], Templates], dict[int, Drift]] = {}
         moves = any(w.moving for r in campaign.fit for w in r.windows)
         self.samples = (sum(len(r.run) for r in campaign.fit) if moves else len(self.blocks)) * len(noise)
 
     def block_columns(self, templates: Templates) -> FloatArray:
         """Design of the blocks, shape (b, 3, P)."""
-        templates = templates.slow
-        if templates not in self._designs:
-            if len(self._designs) > 64:
-                self._designs.clear()
-            runs = self.campaign.fit
-            self._designs[templates] = block_design(runs, self.cuts, self.effects, self.source, templates)
-        return self._designs[templates]
+        return np.concatenate([self.fast.block_means(e, templates) for e in self.effects], axis=2)
+
+    def _block_part(self, names: frozenset[str], templates: Templates) -> FloatArray:
+        """Design of the blocks for the columns of some effects, in their order, shape (b, 3, k)."""
+        empty = np.zeros((len(self.blocks), 3, 0))
+        parts = [self.fast.block_means(e, templates) for e in self.effects if e.name in names]
+        return np.concatenate([empty, *parts], axis=2)
 
     def drift_at_rest(self, fit: Fit) -> dict[int, Drift]:
         """Drift strengths from the blocks at rest alone, slow effects removed; the fit's where rest is rare.
@@ -122,22 +120,25 @@ class Likelihood:
 
     def _slow_columns(self, names: frozenset[str], templates: Templates, keep: BoolArray) -> dict[int, FloatArray]:
         """Columns of a model on some blocks in plausible sizes, by axis, shape (b, k)."""
-        index = self.columns.index(names)
-        X = self.block_columns(templates)[keep][:, :, index] * self.columns.plausible[index]
+        X = self._block_part(names, templates)[keep] * self.columns.plausible[self.columns.index(names)]
         return {axis: X[:, axis, :] for axis in self.slow}
 
-    def slow_gram(self, templates: Templates, drift: Mapping[int, Drift]) -> Gram:
-        """Normal equations of the block means."""
-        total = Gram.zero(self.columns.total)
-        X = self.block_columns(templates)
+    def slow_gram(self, templates: Templates, drift: Mapping[int, Drift], names: frozenset[str] | None = None) -> Gram:
+        """Normal equations of the block means, for the columns of `names` (all where None; the others zero)."""
+        names = frozenset(self.columns.start) if names is None else names
+        index = self.columns.index(names)
+        X = self._block_part(names, templates)
+        total = Gram.zero(len(index))
         for axis, slow in self.slow.items():
             total = total + slow.gram(X[:, axis, :], self.blocks.rate[:, axis], drift[axis])
-        return total
+        xx, xy = np.zeros((self.columns.total, self.columns.total)), np.zeros(self.columns.total)
+        xx[np.ix_(index, index)], xy[index] = total.xx, total.xy
+        return Gram(xx, xy, total.yy, total.rows)
 
-    def mounting_grams(self, templates: Templates) -> dict[int, Gram]:
+    def mounting_grams(self, templates: Templates, names: frozenset[str] | None = None) -> dict[int, Gram]:
         """Normal equations of the moving windows by mounting."""
         out: dict[int, Gram] = {}
-        for data, gram in zip(self.campaign.fit, self.fast.grams(templates.fast), strict=True):
+        for data, gram in zip(self.campaign.fit, self.fast.grams(templates, names), strict=True):
             key = -1 if data.mounting_number is None else data.mounting_number
             if gram.rows:
                 out[key] = out[key] + gram if key in out else gram
@@ -152,24 +153,46 @@ class Likelihood:
             start: A fit whose drift and alignment tolerance are kept; both are estimated where it is None.
 
         """
-        grams = self.mounting_grams(templates)
+        if start is None:
+            drift = self._drift_of(names, templates)
+            beta: FloatArray = np.zeros(self.columns.total)
+            turns = any(len(np.intersect1d(g, self.columns.index(names))) for g in self._rotations)
+            start = self._solve(names, templates, beta, drift) if turns else None
+        else:
+            drift, beta = dict(start.drift), start.beta
+        return self._solve(names, templates, beta if start is None else start.beta, drift)
+
+    def _drift_of(self, names: frozenset[str], templates: Templates) -> dict[int, Drift]:
+        """Drift strengths for a model: they depend only on what moves the block means."""
+        names, templates = names & self._slow_names, templates.only(self._slow_fields)
+        key = (names, templates)
+        if key not in self._drifts:
+            drift = self.rest_drift
+            for _ in range(DRIFT_ROUNDS):
+                fit = self._solve(names, templates, np.zeros(self.columns.total), drift)
+                part = fit.beta[self.columns.index(names)]
+                drift = self._estimate_drift(names, templates, self._block_part(names, templates) @ part)
+            self._drifts[key] = drift
+        return dict(self._drifts[key])
+
+    def _solve(
+        self, names: frozenset[str], templates: Templates, around: FloatArray, drift: Mapping[int, Drift]
+    ) -> Fit:
+        """Least squares at given drift; the tolerance of alignment is that of the coefficients `around` (P,)."""
+        grams = self.mounting_grams(templates, names)
         index = self.columns.index(names)
-        beta: FloatArray = np.zeros(self.columns.total) if start is None else start.beta
-        drift = self.rest_drift if start is None else dict(start.drift)
-        X = self.block_columns(templates)
-        for last in [True] if start is not None else [False] * DRIFT_ROUNDS + [True]:
-            tolerance = Tolerance.of(beta, self._rotations)
-            marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
-            fast = sum((m.gram for m in marginals.values()), Gram.zero(self.columns.total))
-            part, covariance, rank = solve(fast + self.slow_gram(templates, drift), index, self.columns.plausible)
-            beta = np.zeros(self.columns.total)
-            beta[index] = part
-            if not last:
-                drift = self._estimate_drift(names, templates, X @ beta)
+        tolerance = Tolerance.of(around, self._rotations, index)
+        marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
+        fast = sum((m.gram for m in marginals.values()), Gram.zero(self.columns.total))
+        slow = self.slow_gram(templates, drift, names)
+        part, covariance, rank = solve(fast + slow, index, self.columns.plausible)
+        beta = np.zeros(self.columns.total)
+        beta[index] = part
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
-        best = self._fast_loglik(fast, beta) + self._slow_loglik(X @ beta, drift)
-        loglik = best - 0.5 * sum(m.logdet for m in marginals.values())
+        best = self._fast_loglik(fast, beta) + self._slow_loglik(self._block_part(names, templates) @ part, drift)
+        # in a single mounting its difference cannot be told from the coefficients themselves
+        loglik = best - 0.5 * sum(m.logdet for m in marginals.values()) * (len(marginals) > 1)
         delta = differences(grams, marginals, tolerance, beta)
         return Fit(names, templates, loglik, beta, full, rank, drift, delta, best)
 

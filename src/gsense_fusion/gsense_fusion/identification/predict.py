@@ -10,6 +10,7 @@ import numpy as np
 from gsense_fusion.identification.campaign import DriverSource, RunData
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.likelihood import Fit
+from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import FloatArray, Owner
 from gsense_fusion.identification.whitened import Columns
 
@@ -45,17 +46,11 @@ class Predictor:
 
     def rate(self, data: RunData, model: Prediction, owners: frozenset[Owner] | None = None) -> FloatArray:
         """Predicted angular rate without bias, rad/s, shape (n, 3); only effects of these owners where given."""
-        drivers = self._source.of(data, model.templates)
-        out = np.zeros((len(drivers), 3))
         coefficients = model.beta_in(data.mounting_number)
-        for effect in self._effects:
-            if owners is not None and effect.owner not in owners:
-                continue
-            first = self._columns.start[effect.name]
-            beta = coefficients[first : first + len(effect.parameters)]
-            if beta.any():
-                out += effect.design(drivers) @ beta
-        return out
+        if owners is not None:
+            kept = self._columns.index(frozenset(e.name for e in self._effects if e.owner in owners))
+            coefficients = np.where(np.isin(np.arange(self._columns.total), kept), coefficients, 0.0)
+        return predicted(self._effects, self._source, data, model.templates, coefficients)
 
     def without(self, data: RunData, model: Prediction) -> FloatArray:
         """Measured minus predicted rate, bias still in it, shape (n, 3)."""

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import RunData, Window, slice_drivers
-from gsense_fusion.identification.effects.base import Drivers
+from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.types import BoolArray, FloatArray
-from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, stack, whiten, window_bins
+from gsense_fusion.identification.store import predicted
+from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray
+from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, whiten, window_bins
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
+LOWEST_COHERENT_HZ = 5.0
+MIN_COHERENT_BINS = 40
+MODEL_ABOVE_HZ = 20.0
 LEVEL_BINS = 60
 """Bins that say how high the noise is beside a line."""
 
@@ -66,38 +70,97 @@ class WindowResidual:
 
 def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list[WindowResidual]:
     """Whitened residuals of all windows of at least four seconds, up to 0.4 of the sample rate."""
-    out = []
+    out: list[WindowResidual] = []
+    felt: list[tuple[int, _Extra]] = []
     for data in runs:
-        drivers = likelihood.source.of(data, fit.templates)
+        model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
+        force = likelihood.source.of(data, fit.templates).specific_force
         for window in data.windows:
             if len(window) < 4.0 * data.run.rate_hz:
                 continue
-            part = slice_drivers(drivers, window)
-            X = stack(likelihood.effects, part)
-            error = data.run.angular_rate[window.start : window.stop] - X @ fit.beta_in(data.mounting_number)
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
-            rows = project_out_slow(whiten(error[:, :, None], bins), len(window), bins)[:, :, 0]
-            result = WindowResidual(data, window, bins, rows.reshape(2, -1, 3))
-            felt = _felt_beyond_the_drive(likelihood, fit, result, part)
-            out.append(replace(result, spectrum=result.spectrum - felt))
+            cut = slice(window.start, window.stop)
+            rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), len(window), bins)
+            result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
+            if window.moving and force is not None:
+                extra = _beyond_the_drive(result, data.run.specific_force - force, model)
+                result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
+                felt.append((len(out), extra))
+            out.append(result)
+    cleaned = without_coherent([out[i] for i, _ in felt], [extra for _, extra in felt])
+    for (i, _), result in zip(felt, cleaned, strict=True):
+        out[i] = result
     return out
 
 
-def _felt_beyond_the_drive(likelihood: Likelihood, fit: Fit, residual: WindowResidual, part: Drivers) -> FloatArray:
-    """G times what the accelerometer feels away from the drive's orders (a belt that rings), whitened, shape (2, m, 3).
+@dataclass(frozen=True, eq=False)
+class _Extra:
+    """Spectra of a moving window that the drive's harmonics do not contain, zero at the drive's orders."""
+
+    felt: ComplexArray
+    """Specific force beyond its model (a belt that rings), shape (m, 3)."""
+    model: ComplexArray
+    """The model's own rate above the band of the fit, where the sensor's filter changes it, shape (m, 3)."""
+
+
+def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> _Extra:
+    cut = slice(residual.window.start, residual.window.stop)
+    keep, away = residual.bins.keep, residual.away_from_orders()[:, None]
+    above = (residual.frequency > MODEL_ABOVE_HZ)[:, None]
+    return _Extra(np.fft.rfft(felt[cut], axis=0)[keep] * away, np.fft.rfft(model[cut], axis=0)[keep] * away * above)
+
+
+def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> FloatArray:
+    """G times what the accelerometer feels away from the drive's orders, whitened, shape (2, m, 3).
 
     The encoder's harmonics do not reach there; it is the declared G f all the same, and no symptom.
     """
-    data, window, bins = residual.data, residual.window, residual.bins
-    if "g_sensitivity" not in fit.names or part.specific_force is None or not window.moving:
+    if "g_sensitivity" not in fit.names:
         return np.zeros_like(residual.spectrum)
     first = likelihood.columns.start["g_sensitivity"]
-    G = fit.beta_in(data.mounting_number)[first : first + 9].reshape(3, 3)
-    felt = data.run.specific_force[window.start : window.stop] - part.specific_force
-    late = np.exp(-2j * np.pi * bins.frequency * fit.templates.gyro_delay_s)
-    spectrum = np.fft.rfft(felt, axis=0)[bins.keep] * (late * residual.away_from_orders())[:, None]
-    white = (spectrum @ G.T) * bins.weight
+    G = fit.beta_in(residual.data.mounting_number)[first : first + 9].reshape(3, 3)
+    late = np.exp(-2j * np.pi * residual.frequency * fit.templates.gyro_delay_s)[:, None]
+    white = (extra.felt * late) @ G.T * residual.bins.weight
     return np.stack([white.real, white.imag])
+
+
+def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]) -> list[WindowResidual]:
+    """Residuals without what is coherent with vibration that the accelerometer feels or, above the band, the model.
+
+    In each narrow band the residual of all windows together is regressed on the felt specific force: a linear response
+    to vibration (a coupling, a lever, whatever the sensor's filter makes of it) is neither a tone nor foreign noise.
+    """
+    if not windows:
+        return []
+    spectra = [w.spectrum[0] + 1j * w.spectrum[1] for w in windows]
+    top = max(float(w.frequency[-1]) for w in windows)
+    edges = [LOWEST_COHERENT_HZ]
+    while edges[-1] < top:
+        edges.append(max(edges[-1] * 1.04, edges[-1] + 0.4))
+    for low, high in itertools.pairwise(edges):
+        places = [np.flatnonzero((w.frequency >= low) & (w.frequency < high) & w.away_from_orders()) for w in windows]
+        for axis in range(3):
+            y = np.concatenate([s[i, axis] for s, i in zip(spectra, places, strict=True)])
+            if len(y) < MIN_COHERENT_BINS or not y.any():
+                continue
+            X = np.concatenate(
+                [
+                    np.column_stack([e.felt[i], e.model[i, axis]]) * w.bins.weight[i, axis, None]
+                    for e, w, i in zip(extras, windows, places, strict=True)
+                ]
+            )
+            X = X[:, np.abs(X).max(axis=0) > 0]
+            if not X.shape[1]:
+                continue
+            beta, *_ = np.linalg.lstsq(X, y, rcond=1e-8)
+            explained = X @ beta
+            # no more than noise explains by chance is left as it is, but for the degrees that the regression took
+            rest = (y - explained) * np.sqrt(len(y) / (len(y) - X.shape[1]))
+            first = 0
+            for s, i in zip(spectra, places, strict=True):
+                s[i, axis] = rest[first : first + len(i)]
+                first += len(i)
+    return [replace(w, spectrum=np.stack([s.real, s.imag])) for w, s in zip(windows, spectra, strict=True)]
 
 
 @dataclass(frozen=True)

@@ -180,6 +180,10 @@ class LoopResult:
     notes: tuple[str, ...]
     ranking: tuple[Ranked, ...]
     plots: Plots
+    supply_reference: float | None = None
+    """V0 of supply_voltage, V."""
+    direction: tuple[float, float, float] | None = None
+    """Of the rail in the sensor's axes, in the mounting that most runs have."""
 
     @property
     def verdict(self) -> str:

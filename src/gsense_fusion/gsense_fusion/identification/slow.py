@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
@@ -96,13 +96,14 @@ class SlowNoise:
         self.walk = same * np.minimum(start[:, None], start[None])
         self.sessions = np.stack([blocks.session == s for s in np.unique(blocks.session)], axis=1).astype(float)
         self.white_psd = white_psd
+        self.factor = lru_cache(maxsize=256)(self._factor)
 
     def covariance(self, drift: Drift) -> FloatArray:
         """Shape (b, b)."""
         return np.asarray(self.white + drift.flicker * self.flicker + drift.walk * self.walk)
 
-    def factor(self, drift: Drift) -> tuple[FloatArray, bool]:
-        """Cholesky factor of the covariance."""
+    def _factor(self, drift: Drift) -> tuple[FloatArray, bool]:
+        """Cholesky factor of the covariance; `factor` remembers the last ones."""
         K = self.covariance(drift)
         return cho_factor(K + np.eye(len(K)) * 1e-12 * np.trace(K) / len(K), lower=True)
 

@@ -14,13 +14,13 @@ from scipy.stats import chi2, norm
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
-from gsense_fusion.identification.slow import Drift, SlowNoise, estimate_drifts
+from gsense_fusion.identification.screening import MIN_STEP_BLOCKS, step_gain
+from gsense_fusion.identification.slow import estimate_drifts
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 5
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
-MIN_STEP_BLOCKS = 8
 MODEL_ERROR = 0.02
 """The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
 
@@ -260,13 +260,13 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     quiet = likelihood.rest_drift
     steps = {i: ((blocks.session == blocks.session[i]) & (np.arange(len(blocks)) >= i)).astype(float) for i in times}
     gains = {
-        i: sum(_step_gain(s, x, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
+        i: sum(step_gain(s, x, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
         for i, x in steps.items()
     }
     best = max(gains, key=lambda i: gains[i])
     size = np.zeros(3)
     for axis, slow in likelihood.slow.items():
-        size[axis] = _step_gain(slow, steps[best], residual[:, axis], quiet[axis])[1]
+        size[axis] = step_gain(slow, steps[best], residual[:, axis], quiet[axis])[1]
     without = residual - steps[best][:, None] * size
     drift = estimate_drifts(likelihood.slow, without, {axis: np.zeros((len(blocks), 0)) for axis in likelihood.slow})
     ratio = 2 * sum(
@@ -280,11 +280,3 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     text = f"the bias steps at {blocks.time[best] - blocks.duration[best] / 2:.0f} s, most on {AXES[axis]}"
     axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
     return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
-
-
-def _step_gain(slow: SlowNoise, step: FloatArray, residual: FloatArray, drift: Drift) -> tuple[float, float]:
-    """What a step gains in twice the log-likelihood, and its size in rad/s."""
-    gram = slow.gram(step[:, None], residual, drift)
-    if gram.xx[0, 0] <= 0:
-        return 0.0, 0.0
-    return float(gram.xy[0] ** 2 / gram.xx[0, 0]), float(gram.xy[0] / gram.xx[0, 0])

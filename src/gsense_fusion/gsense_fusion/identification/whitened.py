@@ -7,21 +7,26 @@ business of `slow`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import rfft
 
-from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData, Window, slice_drivers
-from gsense_fusion.identification.effects.base import Drivers, Effect, Templates
+from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
+from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.store import fields_of, means
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
 LOWEST_HZ = 0.04
 HIGHEST_HZ = 25.0
 USED_BAND = 0.4
 """Bins up to this part of the sample rate are used."""
+
+
+KEPT_ROWS = 80
+KEPT_GRAMS = 64
 
 
 @dataclass(frozen=True)
@@ -80,16 +85,6 @@ class Columns:
         return np.concatenate(picked).astype(np.int64) if picked else np.zeros(0, dtype=np.int64)
 
 
-def design(effects: tuple[Effect, ...], source: DriverSource, data: RunData, templates: Templates) -> FloatArray:
-    """All effects' columns on a run's whole grid, shape (n, 3, P)."""
-    return stack(effects, source.of(data, templates))
-
-
-def stack(effects: tuple[Effect, ...], drivers: Drivers) -> FloatArray:
-    """All effects' columns, shape (n, 3, P); P is zero where nothing can be decided."""
-    return np.concatenate([np.zeros((len(drivers), 3, 0)), *(effect.design(drivers) for effect in effects)], axis=2)
-
-
 @dataclass(frozen=True)
 class Bins:
     """The frequencies of a window that are used and the whitening of each axis."""
@@ -131,50 +126,123 @@ def project_out_slow(rows: FloatArray, n: int, bins: Bins) -> FloatArray:
 
 
 class WhitenedCampaign:
-    """Gram matrices of the moving windows of the fit runs, for any template values."""
+    """Gram matrices of the moving windows of the fit runs, and block means, for any template values.
+
+    An effect's columns depend on its own templates and the gyro's delay only, so a new value of one template costs the
+    columns of one effect.
+    """
 
     def __init__(
-        self, campaign: Campaign, source: DriverSource, effects: tuple[Effect, ...], noise: Mapping[int, NoiseModel]
+        self,
+        campaign: Campaign,
+        source: DriverSource,
+        effects: tuple[Effect, ...],
+        noise: Mapping[int, NoiseModel],
+        cuts: Sequence[tuple[int, Window]],
     ) -> None:
-        """Take what the columns are made of."""
+        """Take what the columns are made of; `cuts`: blocks of the fit runs, in order of the runs' numbers."""
         self.campaign = campaign
         self.effects = effects
         self.columns = Columns.of(effects)
         self._source = source
         self._noise = noise
-        self._cache: dict[Templates, tuple[Gram, ...]] = {}
+        self._blocks = [[w for r, w in cuts if r == number] for number in range(len(campaign.fit))]
+        self._windows = [
+            [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
+        ]
+        self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+        self._means: dict[tuple[str, Templates], FloatArray] = {}
+        self._cross: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+        self._grams: dict[frozenset[tuple[str, Templates]], tuple[Gram, ...]] = {}
+        measured = [self._whiten(i, r.run.angular_rate[:, :, None]) for i, r in enumerate(campaign.fit)]
+        default = [self.rows(e, Templates()) for e in effects]
+        self._stack = [np.concatenate([*(d[i] for d in default), y], axis=1) for i, y in enumerate(measured)]
+        self._base = tuple(_gram(rows) for rows in self._stack)
 
-    def grams(self, templates: Templates) -> tuple[Gram, ...]:
-        """One Gram per fit run (zero for runs without motion)."""
-        if templates not in self._cache:
-            if len(self._cache) > 64:
-                self._cache.clear()
-            self._cache[templates] = tuple(self._run_gram(r, templates) for r in self.campaign.fit)
-        return self._cache[templates]
+    def rows(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
+        """Whitened columns of one effect on each fit run, (rows, p)."""
+        key = (effect.name, templates.only(fields_of(effect)))
+        if key not in self._rows:
+            if len(self._rows) > KEPT_ROWS:
+                self._rows = {k: v for k, v in self._rows.items() if not k[1].values}
+            rows, blocks = [], []
+            for number, data in enumerate(self.campaign.fit):
+                columns = effect.design(self._source.of(data, key[1]))
+                rows.append(self._whiten(number, columns))
+                blocks.append(means(columns, self._blocks[number]))
+            self._rows[key] = tuple(rows)
+            self._means[key] = np.concatenate(blocks)
+        return self._rows[key]
 
-    def _run_gram(self, data: RunData, templates: Templates) -> Gram:
-        total = Gram.zero(self.columns.total)
-        for window in data.windows:
-            if window.moving:
-                rows = self.rows(data, window, templates)
-                X, y = rows[:, :-1], rows[:, -1]
-                total = total + Gram(X.T @ X, X.T @ y, float(y @ y), len(y))
-        return total
+    def block_means(self, effect: Effect, templates: Templates) -> FloatArray:
+        """Block means of one effect's columns, shape (b, 3, p)."""
+        key = (effect.name, templates.only(fields_of(effect)))
+        if key not in self._means:
+            self.rows(effect, templates)
+        return self._means[key]
 
-    def rows(self, data: RunData, window: Window, templates: Templates) -> FloatArray:
-        """Whitened columns with the measured rate as the last one, shape (rows, P + 1)."""
-        drivers = slice_drivers(self._source.of(data, templates), window)
-        X = stack(self.effects, drivers)
-        y = data.run.angular_rate[window.start : window.stop, :, None]
-        both = np.concatenate([X, y], axis=2)
-        bins = window_bins(len(window), data.run.rate_hz, self._noise)
-        parts = []
-        for axis in self._noise:
-            used = np.flatnonzero(both[:, axis, :].any(axis=0))  # most effects leave most columns of an axis empty
-            rows = np.zeros((2 * len(bins.frequency), both.shape[2]))
-            rows[:, used] = _axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
-            parts.append(rows)
+    def grams(self, templates: Templates, names: frozenset[str] | None = None) -> tuple[Gram, ...]:
+        """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
+        wanted = [e for e in self.effects if names is None or e.name in names]
+        own = {e.name: templates.only(fields_of(e)) for e in wanted}
+        changed = [e for e in wanted if own[e.name].values]
+        key = frozenset((e.name, own[e.name]) for e in changed)
+        if not changed:
+            return self._base
+        if key not in self._grams:
+            if len(self._grams) > KEPT_GRAMS:
+                self._grams.clear()
+            self._grams[key] = self._replaced(changed, own)
+        return self._grams[key]
+
+    def _replaced(self, changed: Sequence[Effect], own: Mapping[str, Templates]) -> tuple[Gram, ...]:
+        """The default Grams with the columns of some effects at other template values."""
+        P = self.columns.total
+        index = {e.name: self.columns.index(frozenset({e.name})) for e in changed}
+        out = []
+        for number, base in enumerate(self._base):
+            if not base.rows:
+                out.append(base)
+                continue
+            xx, xy = base.xx.copy(), base.xy.copy()
+            for e in changed:
+                cross = self._crossed(e, own[e.name])[number]
+                i = index[e.name]
+                xx[i, :], xx[:, i] = cross[:, :P], cross[:, :P].T
+                xy[i] = cross[:, P]
+            for e in changed:
+                for f in changed:
+                    a, b = (self.rows(x, own[x.name])[number] for x in (e, f))
+                    xx[np.ix_(index[e.name], index[f.name])] = a.T @ b
+            out.append(Gram(xx, xy, base.yy, base.rows))
+        return tuple(out)
+
+    def _crossed(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
+        """Products of an effect's rows with all default columns and the measured rate, by run, (p, P + 1)."""
+        key = (effect.name, templates)
+        if key not in self._cross:
+            self._cross[key] = tuple(
+                rows.T @ stack for rows, stack in zip(self.rows(effect, templates), self._stack, strict=True)
+            )
+        return self._cross[key]
+
+    def _whiten(self, number: int, series: FloatArray) -> FloatArray:
+        """Whitened rows of a run's columns (n, 3, k), all moving windows and axes one after the other."""
+        parts = [np.zeros((0, series.shape[2]))]
+        for window, bins in self._windows[number]:
+            both = series[window.start : window.stop]
+            for axis in self._noise:
+                used = np.flatnonzero(both[:, axis, :].any(axis=0))  # most leave most columns of an axis empty
+                rows = np.zeros((2 * len(bins.frequency), series.shape[2]))
+                if len(used):
+                    rows[:, used] = _axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
+                parts.append(rows)
         return np.concatenate(parts)
+
+
+def _gram(rows: FloatArray) -> Gram:
+    X, y = rows[:, :-1], rows[:, -1]
+    return Gram(X.T @ X, X.T @ y, float(y @ y), len(y))
 
 
 def _axis_rows(series: FloatArray, bins: Bins, axis: int) -> FloatArray:

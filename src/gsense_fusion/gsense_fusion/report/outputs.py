@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import yaml
 
 from gsense_fusion.compensation import (
     CompensationFile,
+    FrictionPickup,
+    GCubed,
+    GResonance,
     GSensitivity,
+    GSquared,
+    JerkCoupling,
     Matrix,
     ReferenceTerm,
+    SpeedPickup,
+    SupplyVoltage,
     TemperatureBias,
     Term,
     Vector,
@@ -35,6 +43,19 @@ SEPARATING_RUNS: dict[str, list[dict[str, Any]]] = {
     ],
 }
 """Runs that separate rivals, by the name of the separating run; each plan begins with a run at rest."""
+SEPARATING_RUNS["supply_toggled"] = [
+    {"shape": "static", "duration": 240.0, "mounting": 0, "position": 0.0, "role": r} for r in ("fit", "held_out")
+]
+SEPARATING_RUNS["motor_beside_board"] = [
+    {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 0, "role": "fit"}
+    for w in (2.0, 4.0, 8.0)
+]
+BY_HAND = {
+    "supply_toggled": "toggle the board's supply by 0.2 V every 30 s during the long rests",
+    "motor_beside_board": "lay the board still beside the rail during the motion, as near to the motor as it was",
+    "temperature_soak": "warm the board by 10 K and let it cool down during the long rest",
+}
+"""What a person does in a separating run that a plan cannot say."""
 REST: dict[str, Any] = {"shape": "static", "duration": 60.0, "mounting": 0, "position": 0.0, "role": "fit"}
 
 
@@ -51,15 +72,13 @@ def compensation(result: LoopResult) -> CompensationFile:
     for name in result.declared:
         if name in result.declared_parameters and any(p.significant for p in result.declared_parameters[name].values()):
             parameters.setdefault(name, (Owner.SENSOR, result.declared_parameters[name]))
-    if "temperature_bias" in parameters:
-        values = parameters["temperature_bias"][1]
-        lag = values["lag_s"].value if "lag_s" in values else 0.0
-        terms.append(TemperatureBias(_vector(values, "c"), result.temperature_reference, lag))
-    if "time_offset" in parameters:
-        delay = parameters["time_offset"][1]["tau"].value
-    if "rail_curvature" in parameters:
-        values = parameters["rail_curvature"][1]
-        reference.append(ReferenceTerm("rail_curvature", {"t": _vector(values, "t"), "u": _vector(values, "u")}))
+    for name, (owner, values) in parameters.items():
+        if owner is Owner.RIG:
+            reference.append(ReferenceTerm(name, _grouped(values)))
+        elif name == "time_offset":
+            delay = values["tau"].value
+        elif (term := _term(name, values, result)) is not None:
+            terms.append(term)
     return CompensationFile(
         sensor=result.sensor.strip("/").split("/")[0] or result.sensor,
         unit_id=result.unit_id,
@@ -68,6 +87,38 @@ def compensation(result: LoopResult) -> CompensationFile:
         gyro_delay_s=delay,
         reference=tuple(reference),
     )
+
+
+def _term(name: str, values: Mapping[str, Parameter], result: LoopResult) -> Term | None:
+    """What is subtracted for an effect; None where there is nothing to subtract (a jump, a tone, noise)."""
+    found: Term | None = None
+    d = result.direction
+    match name:
+        case "temperature_bias":
+            lag = values["lag_s"].value if "lag_s" in values else 0.0
+            found = TemperatureBias(_vector(values, "c"), result.temperature_reference, lag)
+        case "supply_voltage" if result.supply_reference is not None:
+            found = SupplyVoltage(_vector(values, "c"), result.supply_reference)
+        case "friction_pickup":
+            found = FrictionPickup(_vector(values, "c"))
+        case "speed_pickup":
+            found = SpeedPickup(_vector(values, "c"))
+        case "g_squared" if d is not None:
+            found = GSquared(_vector(values, "c"), d)
+        case "g_cubed" if d is not None:
+            found = GCubed(_vector(values, "c"), d)
+        case "jerk_coupling" if d is not None:
+            found = JerkCoupling(_vector(values, "c"), d)
+        case "g_resonance" if d is not None:
+            found = GResonance(_vector(values, "c"), d, values["f0"].value, values["damping"].value)
+    return found
+
+
+def _grouped(values: Mapping[str, Parameter]) -> dict[str, Vector | float]:
+    """Parameters by letter: c_x, c_y, c_z become one vector c, others stay numbers."""
+    letters = dict.fromkeys(n[:-2] for n in values if n.endswith(("_x", "_y", "_z")))
+    vectors: dict[str, Vector | float] = {letter: _vector(values, letter) for letter in letters}
+    return {**vectors, **{n: p.value for n, p in values.items() if not n.endswith(("_x", "_y", "_z"))}}
 
 
 def _vector(parameters: Any, letter: str) -> Vector:
@@ -84,4 +135,5 @@ def next_plan(result: LoopResult) -> str | None:
     for name in dict.fromkeys(wanted):
         runs += SEPARATING_RUNS[str(name)]
     rivals = "; ".join(f"{f.effect} or {', '.join(f.alternatives)}" for f in result.findings if f.alternatives)
-    return f"# separates {rivals}\n" + yaml.safe_dump({"runs": runs}, sort_keys=False, default_flow_style=None)
+    hands = "".join(f"# {name}: {BY_HAND[name]}\n" for name in dict.fromkeys(wanted) if name in BY_HAND)
+    return f"# separates {rivals}\n{hands}" + yaml.safe_dump({"runs": runs}, sort_keys=False, default_flow_style=None)

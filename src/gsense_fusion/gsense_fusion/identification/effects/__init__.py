@@ -3,13 +3,44 @@
 from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.belt_tilt import BeltTilt
+from gsense_fusion.identification.effects.belt_tooth import BeltTooth, BeltToothAngle
+from gsense_fusion.identification.effects.bias_jump import BiasJump
+from gsense_fusion.identification.effects.friction_pickup import FrictionPickup
+from gsense_fusion.identification.effects.g_cubed import GCubed
+from gsense_fusion.identification.effects.g_resonance import GResonance
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
-from gsense_fusion.identification.effects.rail_curvature import RailCurvature
+from gsense_fusion.identification.effects.g_squared import GSquared
+from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
+from gsense_fusion.identification.effects.rail_curvature import RailBend, RailCurvature
+from gsense_fusion.identification.effects.reversal_rock import ReversalRock
+from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
+from gsense_fusion.identification.effects.supply_voltage import SupplyVoltage
 from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
 from gsense_fusion.identification.effects.time_offset import TimeOffset
+from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
 
-CATALOGUE: tuple[Effect, ...] = (GSensitivity(), TemperatureBias(), RailCurvature(), TimeOffset())
-"""Every effect that can be named; `bias` is always declared and has no unit of its own."""
+CATALOGUE: tuple[Effect, ...] = (
+    GSensitivity(),
+    TemperatureBias(),
+    SupplyVoltage(),
+    BiasJump(),
+    TimeOffset(),
+    RailCurvature(),
+    RailBend(),
+    SpeedPickup(),
+    FrictionPickup(),
+    GSquared(),
+    GCubed(),
+    BeltTilt(),
+    JerkCoupling(),
+    GResonance(),
+    ReversalRock(),
+    BeltTooth(),
+    BeltToothAngle(),
+    ViscousTilt(),
+)
+"""Every effect that can be named, of equally likely ones the commoner first; `bias` is always declared."""
 
 
 def by_name(catalogue: tuple[Effect, ...] = CATALOGUE) -> dict[str, Effect]:

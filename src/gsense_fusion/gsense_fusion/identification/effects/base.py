@@ -3,14 +3,45 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
 
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.types import FloatArray, Owner, Parameter
+
+
+@dataclass(frozen=True)
+class Templates:
+    """Values of the searched parameters of a model, by field; a field that is absent has its effect's default."""
+
+    values: tuple[tuple[str, float], ...] = ()
+
+    def get(self, field: str, default: float = 0.0) -> float:
+        """Value of a field."""
+        return next((v for f, v in self.values if f == field), default)
+
+    def set(self, field: str, value: float) -> Templates:
+        """The same with one value changed."""
+        return Templates(tuple(sorted({**dict(self.values), field: value}.items())))
+
+    def only(self, fields: frozenset[str]) -> Templates:
+        """The values of some fields."""
+        return Templates(tuple((f, v) for f, v in self.values if f in fields))
+
+    @property
+    def gyro_delay_s(self) -> float:
+        """How much later the gyro is than the accelerometer, s."""
+        return self.get("gyro_delay_s")
+
+    @property
+    def temperature_lag_s(self) -> float:
+        """Lag of the gyro's element behind the die's thermometer, s."""
+        return self.get("temperature_lag_s")
 
 
 @dataclass(frozen=True)
@@ -26,6 +57,10 @@ class Drivers:
     """Die temperature minus `TEMPERATURE_REFERENCE`, K, shape (n,)."""
     time: FloatArray
     """s, shape (n,)."""
+    supply: FloatArray | None = None
+    """Supply voltage minus the campaign's mean, V, shape (n,)."""
+    templates: Templates = Templates()
+    """Values of the searched parameters."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -58,25 +93,11 @@ class TemplateSpec:
     plausible: float
     """How far off nobody would wonder at, in the unit: what is assumed where the data does not tell."""
     owns_effect: bool = False
-    """The effect exists by this parameter alone (time_offset); else it refines one (lag of temperature_bias)."""
-
-
-@dataclass(frozen=True)
-class Templates:
-    """Values of the searched parameters of a model."""
-
-    gyro_delay_s: float = 0.0
-    temperature_lag_s: float = 0.0
-
-    @property
-    def fast(self) -> Templates:
-        """Only what matters within a drive period."""
-        return Templates(gyro_delay_s=self.gyro_delay_s)
-
-    @property
-    def slow(self) -> Templates:
-        """Only what matters for means over whole drive periods."""
-        return Templates(temperature_lag_s=self.temperature_lag_s)
+    """The effect exists by this parameter alone (time_offset): it must differ from zero."""
+    default: float = 0.0
+    optional: bool = False
+    """It refines an effect that exists without it (lag of temperature_bias); it is paid for where it leaves its
+    default. Others are always paid for."""
 
 
 class Effect(ABC):
@@ -92,10 +113,19 @@ class Effect(ABC):
     """Driven by the motion (then leave-one-run-out is a veto), not by slow quantities."""
     separating_run: ClassVar[str | None] = None
     """The run that would separate it from its usual rivals."""
+    separates: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """The run that would separate it from one particular rival."""
+    slow: ClassVar[bool] = False
+    """Whether it moves the mean over drive periods."""
+    part_of: ClassVar[str | None] = None
+    """Effect of which this one is a further term: never claimed alone, reported with it."""
     every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects that must be in the model for this one to be visible."""
+
+    fields: ClassVar[tuple[str, ...]] = ()
+    """Searched parameters of another effect on which its columns depend too."""
 
     @abstractmethod
     def missing(self, drivers: Drivers) -> str | None:
@@ -104,6 +134,37 @@ class Effect(ABC):
     @abstractmethod
     def design(self, drivers: Drivers) -> FloatArray:
         """Derivative of the three gyro axes by the parameters, shape (n, 3, p), rad/s per unit."""
+
+    def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
+        """The parameters as the catalogue names them, from those of the columns and the templates."""
+        return parameters
+
+
+def along_sign(drivers: Drivers) -> float:
+    """+1 or -1: whether the rail's direction points along or against the sensor's axis that is nearest to it.
+
+    What the sensor itself makes of a motion turns with the board; its odd powers change sign.
+    """
+    along = None if drivers.mounting is None else drivers.mounting.along
+    return 1.0 if along is None else float(np.sign(along[int(np.argmax(np.abs(along)))]))
+
+
+def lacks_motion(drivers: Drivers) -> str | None:
+    """The reason why an effect of the motion cannot be decided on a run."""
+    return None if drivers.kinematics.velocity.any() else "no motion along a rail"
+
+
+def lacks_direction(drivers: Drivers) -> str | None:
+    """The same for an effect that also needs the rail's direction in the sensor's axes."""
+    if drivers.mounting is None or drivers.mounting.sensor_from_rail is None:
+        return lacks_motion(drivers) or "no accelerometer: the rail's direction in the sensor's axes is unknown"
+    return lacks_motion(drivers)
+
+
+def about_rail_axes(drivers: Drivers, driver: FloatArray) -> FloatArray:
+    """Design of a true rotation rate c_axis times one driver (n,) about each axis of the rail, shape (n, 3, 3)."""
+    rotation = None if drivers.mounting is None else drivers.mounting.sensor_from_rail
+    return np.zeros((len(driver), 3, 3)) if rotation is None else np.asarray(driver[:, None, None] * rotation[None])
 
 
 def per_axis(driver: FloatArray) -> FloatArray:

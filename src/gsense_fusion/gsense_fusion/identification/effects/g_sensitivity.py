@@ -18,6 +18,7 @@ class GSensitivity(Effect):
     parameters = spec("g_xx g_xy g_xz g_yx g_yy g_yz g_zx g_zy g_zz", "(rad/s)/(m/s^2)", 3e-4)
     separating_run = "board_turned_180"
     every_run = True
+    slow = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the accelerometer, for the mounting."""

@@ -16,8 +16,11 @@ class TemperatureBias(Effect):
     equation = "c (T - T0)"
     source = "InvenSense PS-MPU-6000A-00 rev 3.4: zero-rate output over temperature +-20 deg/s over -40 to 85 degC"
     parameters = spec("c_x c_y c_z", "rad/s/K", 3e-3)
-    templates = (TemplateSpec("lag_s", "s", "temperature_lag_s", (0.0, 8.0, 25.0, 70.0), 0.0, 120.0, 5.0),)
+    templates = (
+        TemplateSpec("lag_s", "s", "temperature_lag_s", (0.0, 8.0, 25.0, 70.0), 0.0, 120.0, 5.0, optional=True),
+    )
     dynamic = False
+    slow = True
     separating_run = "temperature_soak"
     every_run = True
 

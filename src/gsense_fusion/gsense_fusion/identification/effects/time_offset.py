@@ -25,7 +25,7 @@ class TimeOffset(Effect):
             "tau",
             "s",
             "gyro_delay_s",
-            tuple(float(x) for x in np.linspace(-0.03, 0.09, 25)),
+            (-0.02, 0.0, 0.02, 0.06),
             -0.05,
             0.15,
             0.02,

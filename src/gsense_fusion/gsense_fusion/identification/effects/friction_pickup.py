@@ -1,0 +1,26 @@
+"""The motor's current against friction gets into the measuring chain."""
+
+from __future__ import annotations
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion, per_axis, spec
+from gsense_fusion.identification.effects.reversals import mean_direction
+from gsense_fusion.identification.types import FloatArray, Owner
+
+
+class FrictionPickup(Effect):
+    """c sign(v) on each axis, averaged over the sample; it does not turn with the board."""
+
+    name = "friction_pickup"
+    owner = Owner.CHAIN
+    equation = "c sign(v)"
+    source = "Coulomb friction sets the current of a motor in steady motion"
+    parameters = spec("c_x c_y c_z", "rad/s", 1e-3)
+    separating_run = "motor_beside_board"
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs motion along the rail."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Direction on each axis, shape (n, 3, 3)."""
+        return per_axis(mean_direction(drivers.time, drivers.kinematics.velocity))

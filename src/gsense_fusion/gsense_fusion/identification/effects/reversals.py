@@ -1,0 +1,71 @@
+"""What happens at the ends of a stroke, from positions and velocities on the sensor's grid."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.types import FloatArray
+
+SLOWEST = 2e-3
+"""Velocity in m/s under which the carriage counts as standing."""
+
+
+def zero_crossings(velocity: FloatArray) -> FloatArray:
+    """Fractional sample numbers at which the carriage reverses, shape (r,)."""
+    sign = np.sign(np.where(np.abs(velocity) < 1e-9, 1e-9, velocity))
+    at = np.flatnonzero(sign[1:] != sign[:-1])
+    v0, v1 = velocity[at], velocity[at + 1]
+    return np.asarray(at + v0 / (v0 - v1))
+
+
+def mean_direction(time: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Sign of the velocity averaged over each sample's interval, zero at rest, shape (n,)."""
+    n = len(time)
+    step = np.where(velocity > 0, 1.0, -1.0)
+    for x in zero_crossings(velocity):
+        k = int(np.floor(x + 0.5))  # the sample in whose interval (k - 1/2, k + 1/2) the carriage reverses
+        if 0 < k < n - 1:
+            after = 1.0 if velocity[k + 1] > 0 else -1.0
+            step[k] = after * (1.0 - 2.0 * (x - (k - 0.5)))
+    return np.asarray(step * _moving(time, velocity))
+
+
+def rock_rate(time: FloatArray, position: FloatArray, velocity: FloatArray, width: float) -> FloatArray:
+    """Rate of a turn from -1 to 1 that follows each reversal over the travel `width`, 1/s, shape (n,).
+
+    Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
+    """
+    n = len(time)
+    step = float(np.median(np.diff(time)))
+    edges = np.arange(n + 1) - 0.5
+    slope = np.interp(edges, np.arange(n), velocity)
+    bulge = np.concatenate([[0.0], (velocity[:-1] - velocity[1:]) * step / 8, [0.0]])
+    at = np.interp(edges, np.arange(n), position) + bulge
+    cross = zero_crossings(velocity)
+    if not len(cross):
+        return np.zeros(n)
+    where = _reversal_position(cross, position, velocity, step)
+    last = np.searchsorted(cross, edges, side="right") - 1
+    known = last >= 0
+    travel = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
+    angle = np.where(slope > 0, 1.0, -1.0) * (1.0 - 2.0 * np.exp(-travel / width))
+    return np.asarray(np.diff(angle) / step * _moving(time, velocity))
+
+
+def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatArray, step: float) -> FloatArray:
+    """Position at fractional sample numbers between which the velocity changes sign: a parabola, not a chord."""
+    k = np.floor(cross).astype(int)
+    part = (cross - k) * step
+    return np.asarray(position[k] + velocity[k] * part / 2)
+
+
+def _moving(time: FloatArray, velocity: FloatArray) -> FloatArray:
+    """One while the carriage is under way (a reversal included), else zero, shape (n,)."""
+    rate = 1.0 / float(np.median(np.diff(time)))
+    fast = np.flatnonzero(np.abs(velocity) > SLOWEST)
+    out = np.zeros(len(velocity))
+    if len(fast):
+        pieces = np.split(fast, np.flatnonzero(np.diff(fast) > 0.5 * rate) + 1)
+        for piece in pieces:
+            out[piece[0] : piece[-1] + 1] = 1.0
+    return out

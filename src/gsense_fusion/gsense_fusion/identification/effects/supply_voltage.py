@@ -1,0 +1,30 @@
+"""The zero-rate output follows the supply."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, per_axis, spec
+from gsense_fusion.identification.types import FloatArray, Owner
+
+
+class SupplyVoltage(Effect):
+    """c (V - V0): an output against an absolute reference, sampled by a converter whose reference is the supply."""
+
+    name = "supply_voltage"
+    owner = Owner.CHAIN
+    equation = "c (V - V0)"
+    source = "LISY300AL datasheet: absolute zero-rate level; the converter's reference is the supply"
+    parameters = spec("c_x c_y c_z", "rad/s/V", 1e-2)
+    dynamic = False
+    slow = True
+    separating_run = "supply_toggled"
+    every_run = True
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs the supply voltage."""
+        return "no battery topic" if drivers.supply is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Voltage on each axis, shape (n, 3, 3)."""
+        return per_axis(np.zeros(len(drivers)) if drivers.supply is None else drivers.supply)

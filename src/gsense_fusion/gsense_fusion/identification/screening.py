@@ -1,0 +1,94 @@
+"""Where to begin the search of a parameter that no fixed grid can cover: the residual itself says it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.slow import SlowNoise
+from gsense_fusion.identification.store import predicted
+from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.whitened import USED_BAND, window_bins
+
+TRIED = 3
+MIN_STEP_BLOCKS = 8
+POSITION_STEP = 1e-4
+"""m: ripples down to twice this are seen."""
+LONGEST_PITCH = 0.04
+SHORTEST_PITCH = 5e-4
+CONSPICUOUS = 9.0
+"""Times its neighbourhood's median that a ripple's power must have: 1 in 500 of what noise alone shows."""
+PADDING = 4
+
+
+def screened(field: str, likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Values of a searched parameter that are worth a try beside the model `fit`; empty where none is."""
+    if field == "jump_time_s":
+        return jump_times(likelihood, fit)
+    if field == "tooth_pitch_m":
+        return pitches(likelihood, fit)
+    raise KeyError(field)
+
+
+def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Between which blocks a step of the bias gains most, drift being as at rest, s."""
+    blocks = likelihood.blocks
+    residual = blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
+    inner = [i for i in range(1, len(blocks)) if blocks.session[i] == blocks.session[i - 1]]
+    if len(inner) < MIN_STEP_BLOCKS:
+        return ()
+    gains = []
+    for i in inner:
+        step = ((blocks.session == blocks.session[i]) & (np.arange(len(blocks)) >= i)).astype(float)
+        gain = sum(step_gain(s, step, residual[:, a], fit.drift[a])[0] for a, s in likelihood.slow.items())
+        quiet = likelihood.rest_drift
+        gain += sum(step_gain(s, step, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
+        gains.append((gain, i))
+    best = sorted(gains, reverse=True)[:TRIED]
+    return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
+
+
+def step_gain(slow: SlowNoise, step: FloatArray, residual: FloatArray, drift: object) -> tuple[float, float]:
+    """What a step gains in twice the log-likelihood, and its size in rad/s."""
+    gram = slow.gram(step[:, None], residual, drift)  # type: ignore[arg-type]
+    if gram.xx[0, 0] <= 0:
+        return 0.0, 0.0
+    return float(gram.xy[0] ** 2 / gram.xx[0, 0]), float(gram.xy[0] / gram.xx[0, 0])
+
+
+def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Pitches in m at which the whitened residual, seen over position, has its highest lines."""
+    length = round(1.0 / POSITION_STEP)  # a metre of rail
+    profile = np.zeros((length, 3))
+    for data in likelihood.campaign.fit:
+        if not any(w.moving for w in data.windows):
+            continue
+        rate = data.run.angular_rate - predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta)
+        position = likelihood.source.of(data, fit.templates).kinematics.position
+        for window in data.windows:
+            if not window.moving:
+                continue
+            cut = slice(window.start, window.stop)
+            bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
+            spectrum = np.zeros((len(window) // 2 + 1, 3), dtype=complex)
+            spectrum[bins.keep] = np.fft.rfft(rate[cut], axis=0)[bins.keep] * bins.weight**2
+            white = np.fft.irfft(spectrum, len(window), axis=0)
+            cell = np.floor(position[cut] / POSITION_STEP).astype(int) % length
+            for axis in range(3):
+                profile[:, axis] += np.bincount(cell, white[:, axis], length)
+    power = np.sum(np.abs(np.fft.rfft(profile, PADDING * length, axis=0)) ** 2, axis=1)
+    return _peaks(power)
+
+
+def _peaks(power: FloatArray) -> tuple[float, ...]:
+    """The most conspicuous lines of a power spectrum over position with PADDING bins per 1/m."""
+    per_metre = np.arange(len(power)) / PADDING
+    low, high = round(PADDING / LONGEST_PITCH), round(PADDING / SHORTEST_PITCH)
+    found: list[tuple[float, float]] = []
+    for first in range(low, high, 160):
+        part = power[first : first + 160]
+        level = float(np.median(part))
+        k = first + int(np.argmax(part))
+        if level > 0 and power[k] > CONSPICUOUS * level:
+            found.append((float(power[k] / level), float(1.0 / per_metre[k])))
+    return tuple(pitch for _, pitch in sorted(found, reverse=True)[:TRIED])

@@ -1,0 +1,45 @@
+"""The effects' columns on every fit run: designed once for each value of their own searched parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsense_fusion.identification.campaign import DriverSource, RunData, Window
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.types import FloatArray
+
+DELAY = "gyro_delay_s"
+
+
+def fields_of(effect: Effect) -> frozenset[str]:
+    """Searched parameters on which an effect's columns depend: its own, and the gyro's delay where it moves."""
+    own = frozenset(t.field for t in effect.templates) | frozenset(effect.fields)
+    return own | {DELAY} if effect.dynamic else own
+
+
+def design(effects: Sequence[Effect], source: DriverSource, data: RunData, templates: Templates) -> FloatArray:
+    """Columns of some effects on a run's whole grid, shape (n, 3, P); P is zero where nothing can be decided."""
+    empty = np.zeros((len(data.run), 3, 0))
+    return np.concatenate([empty, *(e.design(source.of(data, templates.only(fields_of(e)))) for e in effects)], axis=2)
+
+
+def predicted(
+    effects: Sequence[Effect], source: DriverSource, data: RunData, templates: Templates, beta: FloatArray
+) -> FloatArray:
+    """Rate that the coefficients (P,) of the effects make on a run's whole grid, rad/s, shape (n, 3)."""
+    out = np.zeros((len(data.run), 3))
+    first = 0
+    for effect in effects:
+        part = beta[first : first + len(effect.parameters)]
+        first += len(effect.parameters)
+        if part.any():
+            out += effect.design(source.of(data, templates.only(fields_of(effect)))) @ part
+    return out
+
+
+def means(columns: FloatArray, windows: Sequence[Window]) -> FloatArray:
+    """Means over blocks of a run's columns (n, 3, p), shape (b, 3, p)."""
+    out = [columns[w.start : w.stop].mean(axis=0) for w in windows]
+    return np.array(out).reshape(len(windows), 3, columns.shape[2])
