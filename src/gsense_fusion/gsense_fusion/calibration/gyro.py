@@ -101,7 +101,7 @@ def calibrate_gyro(
         )
     result = assemble(a, lambda _text, _part: None)
     full = a.claims.full
-    others = tuple(e for e in a.likelihood.effects if e.name in a.claims.names)
+    others = tuple(e for e in a.likelihood.effects if e.name in a.claims.names or e.part_of in a.claims.names)
     source = DriverSource(a.campaign)
     effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
     likelihood = Likelihood(a.campaign, source, effects, a.noise)
