@@ -12,15 +12,17 @@ import numpy as np
 
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
-from gsense_fusion.calibration.accelerometer import calibrate_accelerometer, pose_means
+from gsense_fusion.calibration.accelerometer import AccelerometerCalibration, calibrate_accelerometer, pose_means
 from gsense_fusion.calibration.document import Calibration, calibration_json, words
 from gsense_fusion.calibration.export import FORMATS, export
-from gsense_fusion.calibration.gyro import calibrate_gyro
+from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro
 from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
-from gsense_fusion.calibration.variants import VARIANTS
+from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns
+from gsense_fusion.calibration.variants import VARIANTS, WITH_SCALE
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
-from gsense_fusion.compensation import CompensationFile, write_compensation
+from gsense_fusion.compensation import CompensationFile, ScaleMisalignment, write_compensation
 from gsense_fusion.compensation.document import write_atomically
+from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.types import GRAVITY, IdentificationError, Role
 
@@ -31,7 +33,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     def work() -> None:
         calibration = _calibrate(arguments)
-        file = _file(calibration)
+        file = _file(calibration, scaled=arguments.variant in WITH_SCALE)
         out: Path = arguments.out
         out.mkdir(parents=True, exist_ok=True)
         written = [out / "calibration.json", out / "compensation.yaml"]
@@ -53,7 +55,10 @@ def _parser() -> argparse.ArgumentParser:
     add_bag_arguments(parser)
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(
-        "--variant", choices=list(VARIANTS), default="matrix", help="form of the g-compensation (default: matrix)"
+        "--variant",
+        choices=[*VARIANTS, *WITH_SCALE],
+        default="matrix",
+        help="form of the g-compensation (default: matrix)",
     )
     parser.add_argument(
         "--gravity", type=float, default=GRAVITY, help=f"of the place, m/s^2 (default: standard, {GRAVITY})"
@@ -67,9 +72,21 @@ def _parser() -> argparse.ArgumentParser:
 
 def _calibrate(arguments: argparse.Namespace) -> Calibration:
     runs = [(load_run(path, arguments.sensor), role) for path, role in roles(arguments.fit, arguments.held_out)]
-    gyro, analysis = calibrate_gyro(runs, arguments.sensor, arguments.variant, _site(arguments))
+    variant = WITH_SCALE.get(arguments.variant, arguments.variant)
+    gyro, analysis = calibrate_gyro(runs, arguments.sensor, variant, _site(arguments))
     accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit), arguments.gravity)
-    return Calibration(gyro, accelerometer, _magnetometer(runs))
+    return Calibration(gyro, accelerometer, _magnetometer(runs), *_scale(gyro, analysis, accelerometer))
+
+
+def _scale(
+    gyro: GyroCalibration, analysis: Analysis, accelerometer: AccelerometerCalibration | str
+) -> tuple[ScaleCalibration | str, ScaleCalibration | str]:
+    """Scale and misalignment from turns, with G (where it is significant) and without it."""
+    fit = [run for run in analysis.clean if run.role is Role.FIT]
+    correction = None if isinstance(accelerometer, str) else accelerometer.correction
+    g = np.asarray(gyro.g_sensitivity.value * float(gyro.significant), dtype=np.float64)
+    with_g, without = (calibrate_scale(find_turns(fit, matrix, correction)) for matrix in (g, np.zeros((3, 3))))
+    return with_g, without
 
 
 def _site(arguments: argparse.Namespace) -> Site | None:
@@ -87,11 +104,14 @@ def _magnetometer(runs: Sequence[tuple[Run, Role]]) -> MagnetometerCalibration |
     return calibrate_magnetometer(np.concatenate(fields)) if fields else None
 
 
-def _file(calibration: Calibration) -> CompensationFile:
+def _file(calibration: Calibration, scaled: bool) -> CompensationFile:
     """What the fusion node loads: only what was found."""
+    file, scale = calibration.gyro.file, calibration.scale
+    if scaled and isinstance(scale, ScaleCalibration) and scale.significant:
+        file = replace(file, terms=(*file.terms, ScaleMisalignment(scale.rows)))
     accelerometer, magnetometer = calibration.accelerometer, calibration.magnetometer
     return replace(
-        calibration.gyro.file,
+        file,
         accelerometer=None if isinstance(accelerometer, str) else accelerometer.correction,
         magnetometer=magnetometer.correction if isinstance(magnetometer, MagnetometerCalibration) else None,
     )

@@ -12,6 +12,7 @@ from .accelerometer import AccelerometerCalibration
 from .ellipsoid import EllipsoidFit
 from .gyro import Estimate, GyroCalibration
 from .magnetometer import MagnetometerCalibration
+from .turns import ScaleCalibration
 from .variants import VARIANTS
 
 SCHEMA = "gsense-calibration/1"
@@ -26,6 +27,9 @@ class Calibration:
     accelerometer: AccelerometerCalibration | str
     magnetometer: MagnetometerCalibration | str | None
     """None: there is none."""
+    scale: ScaleCalibration | str
+    """With the gyro's g-sensitivity taken out."""
+    scale_without_g: ScaleCalibration | str
 
 
 def calibration_json(c: Calibration) -> str:
@@ -48,6 +52,7 @@ def calibration_json(c: Calibration) -> str:
         "pose_rms": pose,
         "rate_rms": {"before": before.rate, "after": after.rate, "unit": "rad/s"},
         "variants": {n: {"pose_rms": gyro.held_out[n].pose, "rate_rms": gyro.held_out[n].rate} for n in VARIANTS},
+        "scale_misalignment": _scale(c),
         "accelerometer": _accelerometer(c.accelerometer),
         "magnetometer": _magnetometer(c.magnetometer),
         "notes": list(gyro.notes),
@@ -98,6 +103,24 @@ def _magnetometer(found: MagnetometerCalibration | str | None) -> dict[str, Any]
     }
 
 
+def _scale(c: Calibration) -> dict[str, Any]:
+    found, plain = c.scale, c.scale_without_g
+    if isinstance(found, str):
+        return {"calibrated": False, "reason": found}
+    rms = {"none": found.rms_before if isinstance(plain, str) else plain.rms_before, "matrix": found.rms_before}
+    rms |= {} if isinstance(plain, str) else {"scale": plain.rms_after}
+    return {
+        "calibrated": True,
+        "significant": found.significant,
+        "value": _numbers(found.matrix),
+        "stderr": _numbers(found.stderr),
+        "unit": "1",
+        "turns": found.turns,
+        "p_value": found.p_value,
+        "turn_rms": {**rms, "groves": found.rms_after, "unit": "rad"},
+    }
+
+
 def words(c: Calibration) -> list[str]:
     """What was found, a line each."""
     gyro = c.gyro
@@ -118,6 +141,7 @@ def words(c: Calibration) -> list[str]:
         lines.append(f"pose means not fitted: {text}" + _floor(gyro))
     lines.append(f"rate below 5 Hz not fitted: {np.degrees(before.rate):.4f} -> {np.degrees(after.rate):.4f} deg/s")
     lines.append(_accelerometer_words(c.accelerometer))
+    lines.append(_scale_words(c.scale, c.scale_without_g))
     if c.magnetometer is not None:
         lines.append(_magnetometer_words(c.magnetometer))
     return lines
@@ -135,6 +159,22 @@ def _accelerometer_words(found: AccelerometerCalibration | str) -> str:
         f"accelerometer from {found.poses} poses: scale off by up to {100 * scale:.2f} %, bias up to "
         f"{np.abs(found.fit.offset).max():.3f} m/s^2, left {found.fit.residual_rms:.4f} m/s^2"
     )
+
+
+def _scale_words(found: ScaleCalibration | str, plain: ScaleCalibration | str) -> str:
+    if isinstance(found, str):
+        return f"gyro scale not calibrated: {found}"
+    none, scale = (f"{np.degrees(x):.2f}" for x in _turn_errors(found, plain))
+    return (
+        f"gyro scale and misalignment from {found.turns} turns, up to {100 * np.abs(found.matrix).max():.2f} %; gravity "
+        f"after a turn not fitted is off by {none} deg, with G {np.degrees(found.rms_before):.2f}, with scale {scale}, "
+        f"with both {np.degrees(found.rms_after):.2f}"
+    )
+
+
+def _turn_errors(found: ScaleCalibration, plain: ScaleCalibration | str) -> tuple[float, float]:
+    """Without anything, and with scale alone."""
+    return (found.rms_before, found.rms_after) if isinstance(plain, str) else (plain.rms_before, plain.rms_after)
 
 
 def _magnetometer_words(found: MagnetometerCalibration | str) -> str:

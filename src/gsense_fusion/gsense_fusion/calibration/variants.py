@@ -76,4 +76,6 @@ VARIANTS: dict[str, frozenset[str]] = {
     "matrix_squares": frozenset({"g_sensitivity", "squares"}),
     "polynomial": frozenset({"g_sensitivity", "squares", "cubes"}),
 }
-"""The effects of each variant; scale and misalignment (Groves) need true rotations: `rotations`."""
+"""The effects of each variant."""
+WITH_SCALE = {"groves": "matrix", "groves_squares": "matrix_squares"}
+"""Variants with scale and misalignment beside (from true turns: `turns`), and what they are without."""
