@@ -92,6 +92,17 @@ def test_tuning_finds_the_numbers_of_a_drive_that_is_off(off):
     assert "carriage_mass" in found.text(DriveParameters())
 
 
+def test_tuning_without_a_current_sensor_still_serves_the_feed_forward():
+    clock = homed(plants.all_plants(0.2)[HARD[1]])
+    record = clock.run_command(Tune(2)).record
+    record[:, 2] = math.nan
+    found = identify(record, clock.loop.parameters.period, DriveParameters())
+    assert found.drive.resistance == DriveParameters().resistance
+    assert found.drive.motor_constant == pytest.approx(0.8 * DriveParameters().motor_constant, rel=0.03)
+    clock.run_command(UseModel(3, found.drive))
+    assert clock.run_command(DriveSine(4, 0.15, 8.0, 2)).rms_error < 0.15e-3
+
+
 def test_tuning_refuses_what_is_no_drive():
     nominal, period = DriveParameters(), 1.0 / 600.0
     rng = np.random.default_rng(1)

@@ -29,7 +29,7 @@ def _values(f: Tracking) -> tuple[float, float, float]:
 
 def save(path: Path, series: tuple[dict[float, Tracking], ...], plants: int) -> None:
     """Write a PNG: rms, phase and shake over the angular frequency, for the four columns of the tracking table."""
-    figure = Figure(figsize=(11.0, 3.6), layout="constrained")
+    figure = Figure(figsize=(11.0, 3.9), layout="constrained")
     for k, axes in enumerate(figure.subplots(1, 3)):
         for figures, (name, colour, marker) in zip(series, STYLE, strict=True):
             values = [_values(f)[k] for f in figures.values()]
@@ -40,7 +40,8 @@ def save(path: Path, series: tuple[dict[float, Tracking], ...], plants: int) -> 
         axes.set_xlabel("angular frequency, rad/s")
         axes.set_title(PANELS[k], fontsize=10, loc="left")
         axes.grid(visible=True, which="major", alpha=0.3)
-    figure.axes[0].legend(fontsize=8)
+    handles, labels = figure.axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
     figure.suptitle(f"0.15 m on the simulated rail; worst of {plants} plants with parameters 20 % off", fontsize=10)
     temporary = path.with_suffix(".part.png")
     figure.savefig(temporary, dpi=110)

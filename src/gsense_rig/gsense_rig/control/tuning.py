@@ -7,7 +7,8 @@ Two least-squares fits on the same move (the encoder smoothed without lag):
 
 The rotor's inertia and friction are taken from the motor's sheet, as they cannot be told from the load's at one belt.
 An error of the assumed supply or of the current sensor's scale goes into R and c; the voltages that the model asks for
-stay right.
+stay right. Where no current is sensed, R and the viscous friction stay the nominal ones and the current is what R and c
+make of the voltage; mass and Coulomb friction then take up what R is off.
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ IDENTIFIED = (
     "viscous_friction",
 )  # fmt: skip
 _EFFICIENCIES = np.linspace(0.5, 1.0, 101)
+_EMF_ROUNDS = 5
 _SLOWEST = 0.03  # m/s: below it friction is not Coulomb's
 _SMOOTHING = 0.04  # s of the smoothing window
 _LARGEST_CHANGE = 3.0  # of R, c and mass against the nominal ones; beyond it something is wired wrongly
@@ -69,7 +71,7 @@ def identify(record: Array, period: float, nominal: DriveParameters) -> Tuning:
 
     Args:
         record: array with shape (n, 3), a row per period: encoder position [m], duty (-1..1) since the row before,
-            motor current [A].
+            motor current [A], nan where none is sensed.
         period: of the loop [s].
         nominal: supplies what a move cannot tell (rotor, supply, inductance, pulley).
 
@@ -80,6 +82,8 @@ def identify(record: Array, period: float, nominal: DriveParameters) -> Tuning:
     if record.ndim != 2 or record.shape[0] < 20 * window:
         raise TuneError(f"tune: {record.shape[0]} rows are too few; the move was cut short")
     position, duty, current = (np.ascontiguousarray(column) for column in record.T)
+    sensed = not np.isnan(current).any()
+    current = np.nan_to_num(current)
     velocity = savgol_filter(position, window, 3, deriv=1, delta=period)
     acceleration = savgol_filter(position, window, 3, deriv=2, delta=period)
     # A row's duty and current belong to the period before it: the mean with the next row's is centred on the row.
@@ -89,8 +93,26 @@ def identify(record: Array, period: float, nominal: DriveParameters) -> Tuning:
     if np.count_nonzero(used) < 10 * window:
         raise TuneError("tune: the carriage hardly moved; check motor supply and encoder")
     v, a, i, d = velocity[used], acceleration[used], current[used], duty[used]
-    drive = _electrical(d, i, v, nominal)
-    return _plausible(_mechanical(drive, i, v, a), nominal)
+    tuning = _mechanical(_electrical(d, i, v, nominal), i, v, a) if sensed else _without_current(d, v, a, nominal)
+    return _plausible(tuning, nominal)
+
+
+def _without_current(duty: Array, velocity: Array, acceleration: Array, nominal: DriveParameters) -> Tuning:
+    """The mechanical fit with the current that R and c make of the voltage, c such that viscous friction is nominal."""
+    drive, voltage = nominal, _bridge_voltage(duty, nominal)
+    for _ in range(_EMF_ROUNDS):
+        c = drive.force_constant
+        tuning = _mechanical(drive, (voltage - c * velocity) / drive.resistance, velocity, acceleration)
+        excess = tuning.drive.viscous_friction - nominal.viscous_friction
+        c += drive.resistance * excess / (tuning.drive.gear_efficiency * c)
+        drive = replace(nominal, motor_constant=c / nominal.transmission)
+    return tuning
+
+
+def _bridge_voltage(duty: Array, drive: DriveParameters) -> Array:
+    """Mean terminal voltage that a signed duty makes [V]."""
+    size = (np.abs(duty) - drive.dead_zone).clip(0.0) / (1.0 - drive.dead_zone)
+    return np.copysign(size, duty) * drive.supply_voltage
 
 
 def _electrical(duty: Array, current: Array, velocity: Array, nominal: DriveParameters) -> DriveParameters:
