@@ -17,6 +17,7 @@ from gsense_driver.pipeline import Pipeline, PipelineSettings
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
+FAST, DEFAULT = "board_fast.hex", "board.hex"  # 500 + 100 Hz; 200 + 100 Hz
 SECONDS = 8.0
 WORST_US = 2000.0
 MPU_ADDRESS, BNO_ADDRESS = 0x68, 0x28
@@ -80,7 +81,7 @@ def run(emulator: Path, folder: Path, program: Path, *arguments: str, seconds: f
 
 @pytest.fixture(scope="module")
 def board(emulator: Path, pic_hex: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
-    return run(emulator, tmp_path_factory.mktemp("board"), pic_hex / "board.hex", "--profile")
+    return run(emulator, tmp_path_factory.mktemp("board"), pic_hex / FAST, "--profile")
 
 
 @pytest.fixture(scope="module")
@@ -88,24 +89,32 @@ def faulty(emulator: Path, pic_hex: Path, tmp_path_factory: pytest.TempPathFacto
     folder = tmp_path_factory.mktemp("faulty")
     with ThreadPoolExecutor(2) as pool:
         jobs = {
-            name: pool.submit(run, emulator, folder / name, pic_hex / "board.hex", *arguments)
+            name: pool.submit(run, emulator, folder / name, pic_hex / FAST, *arguments)
             for name, arguments in FAULTS.items()
         }
         return {name: job.result() for name, job in jobs.items()}
 
 
-def test_time_budget_of_the_fast_profile(board: Run) -> None:
-    print(board.text)
-    report = board.report
-    assert board.code == 0, report["fault"]
-    assert (report["mpu_period_us"], report["bno_period_us"]) == (2000, 10000)
+def within_budget(got: Run, mpu_period_us: int) -> None:
+    print(got.text)
+    report = got.report
+    assert got.code == 0, report["fault"]
+    assert (report["mpu_period_us"], report["bno_period_us"]) == (mpu_period_us, 10000)
     assert report["worst_us"] < WORST_US
     assert report["overruns"] == report["lost"] == report["unsound"] == report["failed"] == 0
     assert report["strays"] == report["bus_misuse"] == report["adc_rushed"] == report["bad_opcodes"] == 0
     assert report["stack"] <= 16
     assert report["resets"] == {**dict.fromkeys(report["resets"], 0), "power_on": 1}
-    assert report["mpu"] > 490 * (SECONDS - 1)
+    assert report["mpu"] > 0.98e6 / mpu_period_us * (SECONDS - 1)
     assert report["bno"] > 98 * (SECONDS - 1.5)  # 0.7 s until the BNO055 runs
+
+
+def test_time_budget_of_the_fast_profile(board: Run) -> None:
+    within_budget(board, 2000)
+
+
+def test_time_budget_of_the_default_profile(emulator: Path, pic_hex: Path, tmp_path: Path) -> None:
+    within_budget(run(emulator, tmp_path, pic_hex / DEFAULT), 5000)
 
 
 def test_every_frame_is_sound_and_in_order(board: Run) -> None:
@@ -131,7 +140,11 @@ def cobs(raw: bytes) -> bytes:
 def test_frames_hold_what_the_sensors_gave_at_their_time(board: Run) -> None:
     """Each MPU and BNO frame holds one of the bursts byte by byte, and its time is the true one of that read."""
     mpu = {data: ns for ns, address, reg, data in board.bursts if (address, reg) == (MPU_ADDRESS, 0x3B)}
-    bno = [(ns, data) for ns, address, reg, data in board.bursts if (address, reg) == (BNO_ADDRESS, 0x08)]
+    bno = {
+        ns / 1000: data
+        for ns, address, reg, data in board.bursts
+        if (address, reg, len(data)) == (BNO_ADDRESS, 0x08, 18)
+    }
     early = []
     for frame in of_type(board.frames, MPU):
         early.append(mpu[frame.raw[8:22]] / 1000 - frame.time_us)
@@ -139,9 +152,10 @@ def test_frames_hold_what_the_sensors_gave_at_their_time(board: Run) -> None:
         assert abs(frame.get("<H", 24) - 3900) <= 4  # mV: a code of the battery's is 6.4
     offset = min(early)  # between the START and the reading of the timer; and the timer's own start
     assert max(early) - offset < 60
-    for frame, (ns, data) in zip(of_type(board.frames, 2), bno, strict=False):
-        assert frame.raw[8:26] == data
-        assert abs(ns / 1000 - frame.time_us - offset) < 100
+    for frame in of_type(board.frames, 2):
+        at = min(bno, key=lambda us: abs(us - frame.time_us - offset))
+        assert abs(at - frame.time_us - offset) < 150
+        assert frame.raw[8:26] == bno[at]
 
 
 def test_frames_leave_at_once(board: Run) -> None:
@@ -192,14 +206,15 @@ def test_a_chip_that_holds_sda_is_clocked_free(faulty: dict[str, Run]) -> None:
 
 
 def test_a_stretched_clock_ends_at_the_deadline(faulty: dict[str, Run]) -> None:
-    assert 4 <= of_type(faulty["stretch"].frames, MPU)[-1].get("<B", 27) <= 10  # 2.5 ms each, within 20 ms
+    assert 4 <= of_type(faulty["stretch"].frames, MPU)[-1].get("<B", 27) <= 16  # 2.5 ms each at most, within 20 ms
 
 
 def test_an_absent_chip_is_set_up_anew(faulty: dict[str, Run]) -> None:
     gone = of_type(between(faulty["absent"], 3.02, 3.28), MPU)
     assert len(gone) > 100
     assert all(frame.flags & FAILED for frame in gone)
-    assert len(of_type(between(faulty["absent"], 3.0, 5.0), STATUS)) >= 3  # one a second, and one after the set-up
+    assert of_type(between(faulty["absent"], 3.4, 3.8), STATUS)  # at the end of the set-up
+    assert not any(frame.flags & FAILED for frame in of_type(between(faulty["absent"], 3.8, 9), MPU))
 
 
 @pytest.mark.parametrize(
@@ -221,5 +236,5 @@ def test_a_brown_out_is_told_as_the_cause(faulty: dict[str, Run]) -> None:
 
 
 def test_a_slot_that_is_too_long_fails(emulator: Path, pic_hex: Path, tmp_path: Path) -> None:
-    got = run(emulator, tmp_path, pic_hex / "board.hex", "--worst-us", "500", seconds=2)
+    got = run(emulator, tmp_path, pic_hex / FAST, "--worst-us", "500", seconds=2)
     assert (got.code, got.report["fault"]) == (1, "a slot is too long")
