@@ -14,7 +14,7 @@ static uint16_t here(const pic *p, const pic_op *op)
 static uint8_t get(pic *p, const pic_op *op)
 {
     const uint16_t at = here(p, op);
-    return p->kind[at] == 0 ? p->mem[at] : pic_read(p, at);
+    return p->look[at] ? pic_read(p, at) : p->mem[at];
 }
 
 static void put(pic *p, const pic_op *op, uint8_t value)

@@ -104,6 +104,24 @@ static uint8_t ram_kind(unsigned at)
     return f >= COMMON || (f >= GPR_FIRST && at < GPR_END_LAST_BANK) ? PLAIN : NOWHERE;
 }
 
+/* Most registers only do something when they are written. */
+static bool reads_with_effect(const pic *p, unsigned at)
+{
+    switch (p->kind[at]) {
+    case PLAIN:
+    case ADC_UNIT:
+        return false;
+    case PORT:
+        return at <= R_PORTE;
+    case SSP:
+        return at == R_SSP1BUF || at == R_SSP2BUF;
+    case SYSTEM:
+        return (at >= R_WDTPSL && at <= R_WDTTMR) || at >= R_STKPTR;
+    default:
+        return true;
+    }
+}
+
 void pic_map_memory(pic *p)
 {
     for (unsigned at = 0; at < PIC_DATA; ++at) {
@@ -111,6 +129,9 @@ void pic_map_memory(pic *p)
     }
     for (size_t i = 0; i < sizeof REGISTERS / sizeof REGISTERS[0]; ++i) {
         memset(&p->kind[REGISTERS[i].first], REGISTERS[i].kind, (size_t)(REGISTERS[i].last - REGISTERS[i].first) + 1u);
+    }
+    for (unsigned at = 0; at < PIC_DATA; ++at) {
+        p->look[at] = reads_with_effect(p, at);
     }
 }
 

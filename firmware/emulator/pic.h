@@ -92,6 +92,7 @@ struct pic {
     bool asleep;
     uint8_t mem[PIC_DATA];
     uint8_t kind[PIC_DATA]; /* 0: plain, see memory.c */
+    bool look[PIC_DATA];    /* reading it needs pic_read */
     pic_op code[PIC_WORDS];
     uint16_t stack[PIC_STACK];
 
