@@ -146,7 +146,8 @@ class CarriageAid:
 
     def clean(self, stamp_ns: int, specific_force: FloatArray) -> FloatArray:
         """Cleaned specific force of `delay_s` ago, m/s^2, shape (3,); NaN where it is not known. Stamps increase."""
-        oldest = stamp_ns - round((self.parameters.delay_s + self.parameters.window_s + _SLACK_S) * 1e9)
+        waiting = round(self._forces[0][0] * 1e9) + (self._origin or 0) if self._forces else stamp_ns
+        oldest = waiting - round((self.parameters.window_s + _SLACK_S) * 1e9)
         while self._positions and self._positions[0][0] < oldest:
             self._positions.popleft()
         return np.asarray(self.clean_block(np.array([stamp_ns]), specific_force[None])[0])
