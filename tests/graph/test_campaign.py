@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import shutil
+import signal
 import subprocess
 import time
 from pathlib import Path
@@ -66,27 +68,48 @@ def _columns(bag: Path) -> dict[str, np.ndarray]:
     return {topic: np.array(rows) for topic, rows in out.items()}
 
 
-def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> None:
-    pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
-    environment = _environment(tmp_path)
-    log = tmp_path / "first.log"
+def _end_in_motion(folder: Path, number: signal.Signals) -> tuple[int, str]:
+    """Starts the campaign and ends it in the motion of its second run; exit code and log."""
+    log = folder / f"{number.name}.log"
     with log.open("w") as stderr:
-        first = subprocess.Popen(_command(tmp_path, "--yes"), env=environment, start_new_session=True, stderr=stderr)
+        started = subprocess.Popen(
+            _command(folder, "--yes"), env=_environment(folder), start_new_session=True, stderr=stderr
+        )
     end = time.monotonic() + 120.0
     try:
-        while not (tmp_path / "out" / ".unfinished" / "run_01").exists():
-            assert first.poll() is None, log.read_text()
+        while not (folder / "out" / ".unfinished" / "run_01").exists() or not (folder / "out" / "run_00").exists():
+            assert started.poll() is None, log.read_text()
             assert time.monotonic() < end
             time.sleep(0.05)
-        time.sleep(3.0)  # in motion
+        time.sleep(4.0)  # at rest for two seconds, then in motion
+        started.send_signal(number)
+        started.wait(30.0)
     finally:
-        first.kill()
-        first.wait()
+        started.kill()
+        started.wait()
+    return started.returncode, log.read_text()
+
+
+def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> None:
+    pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
+    code, log = _end_in_motion(tmp_path, signal.SIGINT)
+    assert code == 130
+    assert log.endswith(f"campaign: interrupted; the same command goes on in {tmp_path / 'out'}\n")
+    assert _done(tmp_path) == ["run_00"]
+    time.sleep(1.0)
+    shutil.rmtree(tmp_path / "out" / ".unfinished")
+    code, _ = _end_in_motion(tmp_path, signal.SIGKILL)
+    assert code == -signal.SIGKILL
     assert _done(tmp_path) == ["run_00"]
     before = (tmp_path / "out" / "run_00" / "run_00_0.mcap").stat().st_mtime_ns
     time.sleep(2.0)  # the killed graph's processes end by themselves
     second = subprocess.run(
-        _command(tmp_path, "--yes"), env=environment, check=False, capture_output=True, text=True, timeout=180
+        _command(tmp_path, "--yes"),
+        env=_environment(tmp_path),
+        check=False,
+        capture_output=True,
+        text=True,
+        timeout=180,
     )
     assert second.returncode == 0, second.stderr
     assert "2 runs, 1 were there already; 0 of " in second.stdout

@@ -36,7 +36,7 @@ def test_columns_are_the_bags(bag: Path) -> None:
 def test_draws_every_panel(bag: Path, tmp_path: Path) -> None:
     assert plot_run.main([str(bag), "--out", str(tmp_path / "run.png")]) == 0
     image = imread(tmp_path / "run.png")
-    assert image.shape[:2] == (800, 1000)
+    assert image.shape[:2] == (640, 800)
     assert [p.name for p in tmp_path.iterdir()] == ["run.png"]
     figure = plot_run.draw(read_columns(bag, "mpu6050", typestore()))
     assert [len(axes.lines) for axes in figure.axes] == [2, 2, 1, 1, 3, 3, 3, 3]

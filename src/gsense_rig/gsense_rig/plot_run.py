@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run = read_columns(options.bag, options.sensor, typestore())
         figure = draw(run, options.detail)
         temporary = options.out.with_name(f".{options.out.name}")
-        figure.savefig(temporary, format=options.out.suffix.lstrip(".") or "png", dpi=100)
+        figure.savefig(temporary, format=options.out.suffix.lstrip(".") or "png", dpi=80)
         temporary.replace(options.out)
     except (RunError, DefinitionError, ValueError, OSError) as error:
         Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(f"plot_run: {error}")
@@ -73,8 +73,9 @@ def _draw_column(axes: Any, run: RunColumns, low: float, high: float) -> None:
     for panel in axes:
         panel.grid(alpha=0.3)
         panel.margins(x=0.01)
-    axes[0].legend(loc="upper right", fontsize=8, ncols=2)
-    axes[3].legend(loc="upper right", fontsize=8, ncols=3)
+    for panel in (axes[0], axes[3]):
+        panel.margins(y=0.3)  # room for the legend
+        panel.legend(loc="upper right", fontsize=8, ncols=3, framealpha=0.9)
     axes[3].set_xlabel("time (s)")
 
 

@@ -30,6 +30,8 @@ HEARD_WITHIN = 10.0
 """s until rig and link must have been heard."""
 ANSWER_WITHIN = 20.0
 HOMED_WITHIN = 90.0
+BUSY_FOR = 90.0
+"""s that a motion which an earlier campaign began may still take."""
 LINK_WATCH = 3.5
 """s for which the link is watched before the campaign."""
 LINK_SILENT = 4.0
@@ -42,6 +44,9 @@ NEEDED = (Topics.LINK, Topics.RIG_STATE, Topics.RIG_POSE, Topics.MPU6050_IMU_RAW
 
 class Operator(Protocol):
     """Who turns the board."""
+
+    at_hand: bool
+    """Whether it is a person, for whom the carriage is parked."""
 
     def turn(self, mounting: str) -> None:
         """Returns when the board is mounted so; raises CampaignError."""
@@ -67,6 +72,7 @@ class LiveRig:
         self.node.create_subscription(LinkStatus, Topics.LINK, self._on_link, 10)
         self.node.create_subscription(RigState, Topics.RIG_STATE, self._on_state, 100)
         self._home = self.node.create_client(Trigger, Topics.RIG_HOME)
+        self._park = self.node.create_client(Trigger, Topics.RIG_PARK)
         self._stop = self.node.create_client(Trigger, Topics.RIG_STOP)
         self._sine = ActionClient(self.node, Sinusoid, Topics.RIG_SINUSOID)
         self._move = ActionClient(self.node, Move, Topics.RIG_MOVE)
@@ -120,31 +126,31 @@ class LiveRig:
 
     def ready(self) -> None:
         """Homes the rig where its zero is not known."""
+        self.wait(
+            self._resting, BUSY_FOR, f"the rig is busy with another motion (call {Topics.RIG_STOP}); no end of it"
+        )
         mode = self._state.mode
         if mode == RigState.FAULT:
             raise CampaignError(f"the rig is in a fault ({self._state.fault_text}): mend it and call rig/reset")
         if mode == RigState.IDLE:
             return
-        if mode != RigState.UNHOMED:
-            raise CampaignError("the rig is busy: wait for its end, or call rig/stop")
         if self.operator is not None:
             self.operator.confirm("The carriage will seek its zero. Is the rail free?")
         self.wait(self._home.service_is_ready, ANSWER_WITHIN, f"no service {Topics.RIG_HOME}")
-        future = self._home.call_async(Trigger.Request())
-        self.wait(future.done, HOMED_WITHIN, "homing did not end")
-        if not future.result().success:
-            raise CampaignError(f"homing failed: {future.result().message}")
+        self._call(self._home, "homing", HOMED_WITHIN)
 
     def turn(self, mounting: str) -> None:
-        """By whoever turns boards here."""
-        if self.operator is not None:
-            self.operator.turn(mounting)
+        """By whoever turns boards here; parked for a person."""
+        if self.operator is None:
+            return
+        if self.operator.at_hand and self._park.service_is_ready():
+            self._call(self._park, "parking", ANSWER_WITHIN)
+        self.operator.turn(mounting)
 
     def make_run(self, run: PlanRun, bag: Path, show: Show) -> RunOutcome:
         """Rest, motion, rest, with the recorder running; a static run is rest alone."""
-        if run.shape == "static":
-            show("to its place")
-            self._go_to(run.position)
+        show("to its place")
+        self._go_to(-run.amplitude if run.shape == "triangle" else run.position)
         recorder = self._begin_recording(bag)
         try:
             before = self._fresh_link()
@@ -196,10 +202,20 @@ class LiveRig:
             raise CampaignError(f"{error}: {', '.join(missing())}") from None
         return recorder
 
+    def _call(self, client: Any, what: str, within: float) -> None:
+        """A service that moves the carriage."""
+        future = client.call_async(Trigger.Request())
+        self.wait(future.done, within, f"{what} did not end")
+        if not future.result().success:
+            raise CampaignError(f"{what} failed: {future.result().message}")
+
+    def _resting(self) -> bool:
+        return self._state.mode in (RigState.IDLE, RigState.UNHOMED, RigState.FAULT)
+
     def _go_to(self, position: float) -> None:
         pose = self._state.reference  # the position, where nothing is controlled
         if abs(pose - position) > AT_PLACE:
-            self._drive(self._move, Move.Goal(shape=Move.Goal.STEP, position=position), 30.0, Topics.RIG_MOVE)
+            self._drive(self._move, Move.Goal(shape=Move.Goal.HOLD, position=position), 30.0, Topics.RIG_MOVE)
 
     def _perform(self, run: PlanRun) -> float:
         """The motion, whole cycles; returns its tracking error in m."""

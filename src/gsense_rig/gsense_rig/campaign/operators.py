@@ -29,6 +29,8 @@ class Person:
         ask: shows a question and returns when it is answered; raises EOFError where nobody can answer.
     """
 
+    at_hand = True
+
     def __init__(self, ask: Callable[[str], Any]) -> None:
         self._ask = ask
 
@@ -48,6 +50,8 @@ class Person:
 
 class SimulatedPerson:
     """Turns the simulated board by the rig's parameter `mounting`."""
+
+    at_hand = False
 
     def __init__(self, rig: LiveRig) -> None:
         self._rig = rig
