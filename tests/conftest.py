@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import os
+
 import pytest
+
+# As the packages do, before numpy loads its BLAS: on small matrices its threads only spin against one another.
+for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
 SLOW = (
     "tests/graph/",
@@ -11,6 +17,7 @@ SLOW = (
     "tests/driver/test_bridge_node.py",
     "tests/driver/test_board_truth.py",
     "tests/fusion/test_fusion_node.py",
+    "tests/fusion/watch/test_watch_node.py",
     "tests/rig/test_record.py",
     "tests/rig/test_rig_node.py",
     "tests/rig/test_loop_process.py",

@@ -26,6 +26,7 @@ setup(
             "close_loop = gsense_fusion.close_loop:main",
             "noise = gsense_fusion.noise:main",
             "calibrate = gsense_fusion.calibrate:main",
+            "watch = gsense_fusion.watch_node:main",
         ],
     },
 )

@@ -70,17 +70,23 @@ class _Cluster:
 
 def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
     """Rest direction, rail direction and delay of one run, by regression of the specific force on [1, a, j]."""
-    force = run.specific_force
+    if motion is None or not np.isfinite(run.specific_force).all():
+        return RunGeometry(np.asarray(np.mean(run.specific_force, axis=0)), None, None)
+    return force_geometry(run.time[run.valid], run.specific_force[run.valid], motion)
+
+
+def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> RunGeometry:
+    """The same from valid samples: times in s (n,), specific force in m/s^2 (n, 3)."""
     if not np.isfinite(force).all():
         return RunGeometry(np.full(3, np.nan), None, None)
-    if motion is None or motion.steady is None or motion.harmonics is None:
+    if motion.steady is None or motion.harmonics is None:
         return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None)
-    inside = (run.time >= motion.steady.start + 0.1) & (run.time <= motion.steady.stop - 0.1) & run.valid
+    inside = (time >= motion.steady.start + 0.1) & (time <= motion.steady.stop - 0.1)
     # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
     steady = motion.harmonics.lowest(3)
     delay, mean, slope, stderr = 0.0, np.zeros(3), np.zeros(3), np.inf
     for _ in range(DELAY_ITERATIONS):
-        kin = steady.at(run.time[inside] - delay)
+        kin = steady.at(time[inside] - delay)
         X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
         beta, *_ = np.linalg.lstsq(X, force[inside], rcond=None)
         mean, slope = beta[0], beta[1]

@@ -1,0 +1,58 @@
+"""The watcher on the independent simulator's streams. `./rig bench watch` does it for hours."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.fusion.watch.live import Shift, first_alarm, watch
+from tests.study.simulator.parameters import Disturbance
+
+from gsense_fusion.compensation import ReferenceTerm
+from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.effects.base import Drivers
+from gsense_fusion.identification.motion import Kinematics
+from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.watch.reference import true_rate
+
+
+@pytest.mark.slow
+def test_nothing_is_said_where_nothing_is_missing() -> None:
+    reports = list(watch(Shift(5, frequencies=(7.0,))))
+    assert {report.state for report in reports} == {"rest", "steady", "other"}
+    assert first_alarm(reports) is None
+
+
+@pytest.mark.slow
+def test_what_enters_in_mid_run_is_named_within_a_minute() -> None:
+    shift = Shift(6, Disturbance("rectification", 4e-5), onset_s=80.0, frequencies=(7.0,), duration_s=90.0)
+    reports = list(watch(shift))
+    report = first_alarm(reports)
+    assert report is not None
+    assert 80.0 < report.time < 140.0
+    (alarm,) = report.fresh
+    assert alarm.kind == "orders"
+    assert alarm.suspects[0] == "g_squared"
+    assert 80.0 < alarm.since <= alarm.raised == report.time
+    assert "order 2" in alarm.text
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "size", "name"), [("motion_tone", 4e-4, "line_tone"), ("speed_noise", 3e-4, "speed_noise")]
+)
+def test_tones_and_noise_of_the_motion_are_named(kind: str, size: float, name: str) -> None:
+    report = first_alarm(list(watch(Shift(7, Disturbance(kind, size), 80.0, (6.0,), 90.0))))
+    assert report is not None
+    assert 80.0 < report.time < 140.0
+    assert report.fresh[0].suspects[0] == name
+
+
+def test_a_true_rotation_that_the_file_knows_belongs_to_the_prediction() -> None:
+    velocity = np.array([0.3, -0.2])
+    motion = Kinematics(np.array([0.1, 0.0]), velocity, np.zeros(2), np.zeros(2))
+    turned = Mounting(np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0]))
+    drivers = Drivers(motion, turned, None, None, np.array([0.0, 1.0]))
+    term = ReferenceTerm("rail_curvature", {"t": (0.0, 2e-3, 0.0), "u": (0.0, 0.0, 0.0)})
+    rate = true_rate([term], drivers, CATALOGUE)
+    assert rate[:, 1] == pytest.approx(-2e-3 * velocity)  # the board is turned: so is the axis
+    assert rate[:, [0, 2]] == pytest.approx(0.0)
