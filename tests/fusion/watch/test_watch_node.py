@@ -25,7 +25,7 @@ from sensor_msgs.msg import Imu, JointState  # noqa: E402
 pytestmark = pytest.mark.graph
 
 ROOT = Path(__file__).resolve().parents[3]
-DOMAIN, QOS = 47, QoSProfile(depth=2000)
+DOMAIN, QOS = 88, QoSProfile(depth=2000)
 START_NS, STEP_NS, REST_S, ONSET_S, END_S = 1_760_000_000_000_000_000, 5_000_000, 4.0, 24.0, 44.0
 W, STROKE, BIAS = 6.0, 0.15, 0.02
 
