@@ -1,4 +1,4 @@
-"""What each form of g-compensation costs: microseconds a sample, one update from Python and in a batch.
+"""What each form of g-compensation costs: microseconds of processor time a sample, one update from Python and a batch.
 
 ./rig bench compensation_cost [--samples 200000]
 """
@@ -76,14 +76,14 @@ def main() -> int:
     for name, file in FORMS.items():
         live = Compensator(file)
         few = min(n, 20_000)
-        start = time.perf_counter()
+        start = time.process_time()
         for i in range(few):
             live.update(stamp[i], rate[i], force[i])
-        update = (time.perf_counter() - start) / few
+        update = (time.process_time() - start) / few
         whole = Compensator(file)
-        start = time.perf_counter()
+        start = time.process_time()
         whole.batch(stamp, rate, force, inputs)
-        batch = (time.perf_counter() - start) / n
+        batch = (time.process_time() - start) / n
         print(f"{name:22s} {1e6 * update:10.2f} {1e6 * batch:10.3f}")
     return 0
 

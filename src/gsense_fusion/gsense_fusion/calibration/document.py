@@ -165,10 +165,10 @@ def _scale_words(found: ScaleCalibration | str, plain: ScaleCalibration | str) -
     if isinstance(found, str):
         return f"gyro scale not calibrated: {found}"
     none, scale = (f"{np.degrees(x):.2f}" for x in _turn_errors(found, plain))
+    g, both = (f"{np.degrees(x):.2f}" for x in (found.rms_before, found.rms_after))
     return (
-        f"gyro scale and misalignment from {found.turns} turns, up to {100 * np.abs(found.matrix).max():.2f} %; gravity "
-        f"after a turn not fitted is off by {none} deg, with G {np.degrees(found.rms_before):.2f}, with scale {scale}, "
-        f"with both {np.degrees(found.rms_after):.2f}"
+        f"gyro scale and misalignment from {found.turns} turns, up to {100 * np.abs(found.matrix).max():.2f} %; "
+        f"gravity after a turn not fitted is off by {none} deg, with G {g}, with scale {scale}, with both {both}"
     )
 
 

@@ -58,6 +58,7 @@ class Compensator:
         self._kinds = np.array([term.kind for term in file.terms], dtype=np.int64)
         self._rows = np.array([term.row() for term in file.terms]).reshape(-1, ROW)
         self.state = state or CompensatorState(np.zeros((len(file.terms), MEMORY)))
+        self._scratch = np.zeros((5, 3))
         self._delay_ns = round(max(file.gyro_delay_s, 0.0) * 1e9)
 
     @property
@@ -111,6 +112,7 @@ class Compensator:
             s.stamps,
             s.forces,
             s.memory,
+            self._scratch,
             s.inputs,
             stamp_ns,
             force,
@@ -148,6 +150,7 @@ class Compensator:
                 s.stamps,
                 s.forces,
                 s.memory,
+                self._scratch,
                 values,
                 stamp,
                 force,

@@ -114,11 +114,13 @@ def _force_at(ring, stamps, forces, wanted, newest, out):  # type: ignore[no-unt
         out[i] = forces[later, i]
 
 
-@njit("b1(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[::1])", cache=True)
-def _slope_at(ring, stamps, forces, wanted, newest, out):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """Slope of the specific force at the end of a least-squares parabola; False with fewer than four samples."""
+@njit("b1(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[:, ::1])", cache=True)
+def _slope_at(ring, stamps, forces, wanted, newest, scratch):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Slope of the force at the end of a least-squares parabola, to scratch[1]; False with fewer than four samples."""
     s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0
-    y0, y1, y2 = np.zeros(3), np.zeros(3), np.zeros(3)
+    out, y0, y1, y2 = scratch[1], scratch[2], scratch[3], scratch[4]
+    for i in range(3):
+        y0[i], y1[i], y2[i] = 0.0, 0.0, 0.0
     n = 0
     for back in range(ring[1]):
         at = (newest - back) % CAPACITY
@@ -152,11 +154,12 @@ def _take(row, regressor, rate):  # type: ignore[no-untyped-def] # noqa: ANN001,
         rate[i] -= taken
 
 
-_STEP = "void(i8[::1], f8[:, ::1], i8, i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[::1], i8, f8[::1], f8[::1])"
+_FIRST = "void(i8[::1], f8[:, ::1], i8, i8[::1], i8[::1], f8[:, ::1], f8[:, ::1], f8[:, ::1], "
+_STEP = _FIRST + "f8[::1], i8, f8[::1], f8[::1])"
 
 
 @njit(_STEP, cache=True)
-def step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001, C901, PLR0912, PLR0915
+def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001, C901, PLR0912, PLR0915
     """Take all terms off one sample.
 
     Args:
@@ -167,6 +170,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, for
         stamps: of the forces, shape (CAPACITY,).
         forces: m/s^2, shape (CAPACITY, 3).
         memory: of the terms, shape (k, MEMORY).
+        scratch: room for the step, shape (5, 3).
         inputs: new temperature reading (used up), supply voltage, carriage velocity; NaN where unknown; shape (3,).
         stamp: of the sample, ns.
         force: m/s^2, NaN where not reported, shape (3,).
@@ -183,7 +187,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, for
         stamps[ring[0]] = stamp
         for i in range(3):
             forces[ring[0], i] = force[i]
-    f, g = np.empty(3), np.empty(3)
+    f, g = scratch[0], scratch[1]
     if known:
         if delay_ns > 0:
             _force_at(ring, stamps, forces, stamp - delay_ns, ring[0], f)
@@ -220,7 +224,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, for
                 rate[i] -= row[i] * swing
         else:
             if kind == 3:
-                if not _slope_at(ring, stamps, forces, stamp - max(delay_ns, 0), ring[0], g):
+                if not _slope_at(ring, stamps, forces, stamp - max(delay_ns, 0), ring[0], scratch):
                     continue
                 along = row[9] * g[0] + row[10] * g[1] + row[11] * g[2]
             else:
@@ -235,11 +239,11 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, for
     inputs[0] = np.nan
 
 
-_BATCH = _STEP.replace("f8[::1], i8, f8[::1], f8[::1])", "f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])")
+_BATCH = _FIRST + "f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])"
 
 
 @njit(_BATCH, cache=True)
-def batch(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001
+def batch(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001
     """`step` over n samples; `inputs`, `force` and `rate` have shape (n, 3)."""
     for i in range(stamp.shape[0]):
-        step(kinds, rows, delay_ns, ring, stamps, forces, memory, inputs[i], stamp[i], force[i], rate[i])
+        step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs[i], stamp[i], force[i], rate[i])
