@@ -119,12 +119,15 @@ def calibrate_gyro(
     estimate = Estimate(
         np.array([g[n].value for n in names]).reshape(3, 3), np.array([g[n].stderr for n in names]).reshape(3, 3)
     )
-    if site is None and not any(w.moving for r in a.campaign.fit for w in r.windows):
+    still = not any(w.moving for r in a.campaign.fit for w in r.windows)
+    if still and site is None:
         estimate = Estimate(estimate.value, np.sqrt(estimate.stderr**2 + np.eye(3) * EARTH_ON_DIAGONAL**2))
-    k = effect_parameters(likelihood, fits["k"], EFFECTS[0])["k"]
+    turning = frozenset({"earth_vertical"} if still and site is None else ())
+    k_fit = _fit(likelihood, VARIANTS["k"] | claimed | turning, full)
+    k = effect_parameters(likelihood, k_fit, EFFECTS[0])["k"]
     chosen_fit = full if chosen == "matrix" else fits[chosen]
     bias = session_bias(a.likelihood if chosen == "matrix" else likelihood, chosen_fit)
-    file = _file(compensation(result), likelihood, fits[chosen], chosen, bias)
+    file = _file(compensation(result), likelihood, k_fit if chosen == "k" else fits[chosen], chosen, bias)
     calibration = GyroCalibration(
         sensor=sensor,
         g_sensitivity=estimate,
@@ -152,20 +155,27 @@ def _held_out(folds: Sequence[Held], label: str) -> HeldOutError:
 
 
 def session_bias(likelihood: Likelihood, fit: Fit) -> Estimate:
-    """Bias of the newest fitted session by generalised least squares, the errors of the effects carried over, rad/s."""
+    """Mean bias over the newest fitted session's stretches by generalised least squares, rad/s.
+
+    Its error: white noise and earth rate through the weights of the estimate, drift through their difference from those
+    of the mean, and the errors of the effects' parameters.
+    """
     blocks = likelihood.blocks
     newest = int(np.argmax(np.unique(blocks.session)))
     X = likelihood.block_columns(fit.templates)
+    inside = blocks.session == np.unique(blocks.session)[newest]
+    mean = np.where(inside, blocks.duration, 0.0) / blocks.duration[inside].sum()
     value, stderr = np.zeros(3), np.full(3, np.nan)
     for axis, slow in likelihood.slow.items():
         K = slow.covariance(fit.drift[axis])
         H = slow.sessions
         KiH = np.linalg.solve(K, H)
         inverse = np.linalg.inv(H.T @ KiH)
-        weights = inverse @ KiH.T
-        value[axis] = (weights @ (blocks.rate[:, axis] - X[:, axis, :] @ fit.beta))[newest]
-        carried = (weights @ X[:, axis, :])[newest]
-        stderr[axis] = np.sqrt(inverse[newest, newest] + carried @ fit.covariance @ carried)
+        weights = (inverse @ KiH.T)[newest]
+        value[axis] = weights @ (blocks.rate[:, axis] - X[:, axis, :] @ fit.beta)
+        carried, off = weights @ X[:, axis, :], weights - mean
+        own = weights @ slow.white @ weights + off @ (K - slow.white) @ off
+        stderr[axis] = np.sqrt(own + carried @ fit.covariance @ carried)
     return Estimate(value, stderr)
 
 

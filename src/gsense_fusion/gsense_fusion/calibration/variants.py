@@ -6,7 +6,7 @@ import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, spec
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.types import GRAVITY, FloatArray, Owner
 
 
 class CyclicK(Effect):
@@ -68,7 +68,27 @@ class Cubes(_Powers):
     power = 3
 
 
-EFFECTS: tuple[Effect, ...] = (CyclicK(), GSensitivity(), Squares(), Cubes())
+class EarthVertical(Effect):
+    """The earth's turn about the vertical where the latitude is not known: along the specific force of still poses."""
+
+    name = "earth_vertical"
+    owner = Owner.REFERENCE
+    equation = "e f / g"
+    source = "thesis eq. 2.1"
+    parameters = spec("e", "rad/s", 7e-5)
+    dynamic = False
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs the accelerometer."""
+        return "no accelerometer" if drivers.specific_force is None else None
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """One column, shape (n, 3, 1)."""
+        force = drivers.specific_force
+        return np.zeros((len(drivers), 3, 1)) if force is None else force[:, :, None] / GRAVITY
+
+
+EFFECTS: tuple[Effect, ...] = (CyclicK(), GSensitivity(), Squares(), Cubes(), EarthVertical())
 VARIANTS: dict[str, frozenset[str]] = {
     "none": frozenset(),
     "k": frozenset({"cyclic_k"}),
