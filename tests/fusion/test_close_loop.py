@@ -12,6 +12,8 @@ from tests.fusion.bag_data import START_NS, BagWriter, header, imu, message, qua
 
 from gsense_fusion.close_loop import main
 from gsense_fusion.compensation.model import load_compensation
+from gsense_fusion.report.outputs import REST, SEPARATING_RUNS
+from gsense_rig.campaign.plan import parse_plan
 
 RATE_HZ = 100.0
 PICKUP = 2e-3  # (rad/s)/(m/s) on y, the truth that the user's effect has to find
@@ -105,6 +107,12 @@ def test_without_the_effect_its_likeness_is_found(bags: list[str], tmp_path: Pat
     assert report["findings"][0]["parameters"]["t_y"]["value"] == pytest.approx(PICKUP, rel=0.1)
     assert report["findings"][0]["alternatives"] == ["speed_pickup"]
     assert (tmp_path / "next_plan.yaml").exists()
+
+
+@pytest.mark.parametrize("name", SEPARATING_RUNS)
+def test_the_campaign_can_make_what_is_asked_for_next(name: str) -> None:
+    plan = parse_plan(yaml.safe_dump({"runs": [REST, *SEPARATING_RUNS[name]]}), name)
+    assert len(plan.runs) == 1 + len(SEPARATING_RUNS[name])
 
 
 @pytest.mark.parametrize(

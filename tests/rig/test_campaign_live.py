@@ -104,7 +104,7 @@ def test_makes_every_run_and_the_index(tmp_path: Path) -> None:
     assert not (tmp_path / "other").exists()
 
 
-@pytest.mark.parametrize("at", range(0, 150, 3))
+@pytest.mark.parametrize("at", range(0, 150, 5))
 def test_killed_at_any_moment_it_goes_on(tmp_path: Path, at: int) -> None:
     """SIGKILL at the file operation `at`: the next start makes what is missing, and nothing twice that was there."""
     folder, log = tmp_path / "out", tmp_path / "log"
@@ -231,3 +231,21 @@ def test_the_order_is_drawn_and_turns_the_board_seldom(seed: int, name: str) -> 
 def test_seeds_differ() -> None:
     runs = load_plan("minimum").runs
     assert len({draw_order(runs, seed) for seed in range(20)}) == 20
+
+
+def test_a_person_is_asked_in_words_and_must_be_there() -> None:
+    pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
+    from gsense_rig.campaign.operators import WORDS, Person
+    from gsense_rig.sensors.mounting import MOUNTINGS
+
+    questions: list[str] = []
+    person = Person(questions.append)
+    for mounting in MOUNTINGS:
+        person.turn(mounting)
+        assert WORDS[mounting] in questions[-1]
+
+    def nobody(_: str) -> None:
+        raise EOFError
+
+    with pytest.raises(CampaignError, match="nobody is at the terminal"):
+        Person(nobody).turn("90")
