@@ -17,8 +17,8 @@ from gsense_fusion.bags.run import Run
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.compensation.model import write_compensation
+from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.earth import Site
-from gsense_fusion.identification.effects import CATALOGUE
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.engine import Settings, close_loop
 from gsense_fusion.identification.result import LoopResult

@@ -11,7 +11,7 @@ from tests.study.reference import held_out_rms, true_noise
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.engine import Settings
 from gsense_fusion.identification.types import Owner
 
@@ -77,14 +77,12 @@ def test_pair() -> None:
     _complete(TEMPERATURE, BOW)
 
 
-OUTSIDE = [
-    (Disturbance("motion_tone", 0.02 * DEG), 2 * np.pi * 17.3),
-]
+OUTSIDE = [(Disturbance("power_drawn", 0.05 * DEG), 16.0)]
 
 
 @pytest.mark.parametrize(("disturbance", "frequency"), OUTSIDE, ids=[d.kind for d, _ in OUTSIDE])
 def test_outside_the_catalogue_is_unexplained(disturbance: Disturbance, frequency: float) -> None:
-    """Frequency: rad/s that must be among those named (second and first order of the fastest drive, the tone)."""
+    """Frequency: rad/s that must be among those named (second order of the fastest drive)."""
     result = analysed(disturbance)
     assert result.verdict == "unexplained", (result.verdict, names(result))
     assert names(result) == []
@@ -109,6 +107,28 @@ def test_an_effect_taken_out_of_the_catalogue_is_unexplained(removed: Disturbanc
     result = analyse(made(removed), Settings("mpu6050", catalogue=catalogue))
     assert result.verdict == "unexplained", (result.verdict, names(result))
     assert removed.kind not in names(result)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("disturbance", "effect"),
+    [
+        (Disturbance("rectification", 0.15 * DEG / 9.80665**2), "g_squared"),
+        (Disturbance("hard_spring", 0.05 * DEG), "g_cubed"),
+        (Disturbance("brush_current", 0.02 * DEG), "friction_pickup"),
+        (Disturbance("bias_jump", 0.1 * DEG), "bias_jump"),
+        (Disturbance("supply", 3.0 * DEG), "supply_voltage"),
+        (Disturbance("bearing_play", 0.003 * DEG), "reversal_rock"),
+        (Disturbance("belt_lever", 0.003 * DEG), "belt_tilt"),
+        (Disturbance("motion_tone", 0.02 * DEG), "line_tone"),
+        (Disturbance("speed_noise", 0.02 * DEG), "speed_noise"),
+    ],
+    ids=lambda x: getattr(x, "kind", ""),
+)
+def test_each_mechanism_has_its_name(disturbance: Disturbance, effect: str) -> None:
+    result = analysed(disturbance)
+    assert result.verdict == "effects_found", (result.unexplained, names(result))
+    assert names(result) == [effect]
 
 
 def test_undeclared_g_sensitivity_is_found() -> None:

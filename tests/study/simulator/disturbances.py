@@ -105,6 +105,17 @@ def feedthrough(scene: Scene, size: float) -> Array:
     return np.outer(size * 2 * np.pi * 60.0 / 100.0 * (a - _first_order(a, 60.0)), scene.direction)
 
 
+def air_drag(scene: Scene, size: float) -> Array:
+    """A plate in the wind of its own motion. Size in rad/s at 1 m/s."""
+    v = scene.travel.velocity
+    return np.outer(size * v * np.abs(v), scene.direction)
+
+
+def power_drawn(scene: Scene, size: float) -> Array:
+    """The motor's power heats and unheats a resistor beside the gyro: a v. Size in rad/s at 10 W/kg."""
+    return np.outer(size / 10.0 * scene.travel.acceleration * scene.travel.velocity, scene.direction)
+
+
 def supply(scene: Scene, size: float) -> Array:
     """The zero-rate output follows the board's cell. Size in rad/s/V."""
     return np.outer(size * (scene.volts - 3.9), scene.direction)
@@ -154,6 +165,8 @@ MECHANISMS: dict[str, Callable[[Scene, float], Array]] = {
     "brush_current": brush_current,
     "feedthrough": feedthrough,
     "supply": supply,
+    "air_drag": air_drag,
+    "power_drawn": power_drawn,
 }
 """What each adds to the gyro, rad/s."""
 TURNS: dict[str, Callable[[Scene, float], Array]] = {
@@ -176,6 +189,8 @@ NAMED = {
     "belt_lever": "belt_tilt",
     "teeth": "belt_tooth",
     "bias_jump": "bias_jump",
+    "motion_tone": "line_tone",
+    "speed_noise": "speed_noise",
 }
 """The catalogue's name of each mechanism that it has one for."""
 OUTSIDE = tuple(k for k in MECHANISMS if k not in NAMED)
@@ -198,5 +213,7 @@ UNIT_SIZE = {
     "bearing_play": 1e-5,
     "belt_lever": 1e-5,
     "teeth": 1e-3,
+    "air_drag": 1e-4,
+    "power_drawn": 1e-4,
 }
 """A size at which each can be seen: where scaling to an energy starts."""

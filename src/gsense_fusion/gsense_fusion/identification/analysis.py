@@ -6,9 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from gsense_fusion.identification.campaign import Campaign
+from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.claims import Claims
 from gsense_fusion.identification.earth import Site
-from gsense_fusion.identification.effects import CATALOGUE
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.likelihood import Fit, Likelihood

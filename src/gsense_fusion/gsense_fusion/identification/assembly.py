@@ -198,7 +198,34 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
                 source=effect.source,
             )
         )
-    return tuple(out)
+    return (*out, *_noise_findings(a, steps[-1]))
+
+
+def _noise_findings(a: Analysis, last: str) -> list[Finding]:
+    """Effects that change the noise: nothing to subtract but, from each run with its own phase, a tone."""
+    out = []
+    known = {e.name: e for e in a.settings.catalogue}
+    before = band_rms(a.folds, last, 0.4 * a.campaign.rate_hz)
+    for name, found in a.claims.noise.items():
+        after = float(np.sqrt(max(before**2 - found.removable**2 / len(a.campaign.axes), 0.0)))
+        e = known[name]
+        out.append(
+            Finding(
+                effect=name,
+                owner=e.owner,
+                axes=found.axes,
+                parameters=found.parameters,
+                p_value=found.p_value,
+                rate_rms_before=before,
+                rate_rms_after=after,
+                alternatives=(),
+                separating_run=None,
+                equation=e.equation,
+                source=e.source,
+            )
+        )
+        before = after
+    return out
 
 
 def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:

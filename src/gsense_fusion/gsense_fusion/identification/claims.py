@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
 from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
 from gsense_fusion.identification.predict import Prediction, Predictor
-from gsense_fusion.identification.residual import residuals
+from gsense_fusion.identification.residual import WindowResidual, residuals
 from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection, template_sound
 from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, order_energy
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
@@ -36,9 +37,11 @@ class Claims:
     nearest: tuple[str, ...]
     """Effects of the catalogue that come nearest to what is unexplained."""
     notes: tuple[str, ...]
+    noise: Mapping[str, Explanation] = field(default_factory=dict)
+    """Claimed effects that change the noise, by name."""
 
 
-def judge(selection: Selection, best: Fit) -> Claims:
+def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffect] = ()) -> Claims:
     """Apply the vetoes to the best model and test what is left."""
     likelihood = selection.likelihood
     notes: list[str] = []
@@ -61,7 +64,8 @@ def judge(selection: Selection, best: Fit) -> Claims:
         else:
             names.append(name)
     tested = _fit(selection, names + refinements)
-    symptoms = find_symptoms(likelihood, tested, residuals(likelihood, tested, likelihood.campaign.fit))
+    left = residuals(likelihood, tested, likelihood.campaign.fit)
+    symptoms, explained = explain_noise(likelihood, tested, left, statistical)
     unequal = [
         n
         for n in names
@@ -78,7 +82,28 @@ def judge(selection: Selection, best: Fit) -> Claims:
         names = [n for n in names if n not in demoted]
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
-    return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes))
+    return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+
+
+def explain_noise(
+    likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual], statistical: Sequence[StatisticalEffect]
+) -> tuple[list[Symptom], dict[str, Explanation]]:
+    """What is left when the effects that change the noise are taken into account, each where its symptom vanishes."""
+    symptoms = find_symptoms(likelihood, fit, windows)
+    found: dict[str, Explanation] = {}
+    level = 1.0
+    for effect in statistical:
+        if not any(s.kind == effect.symptom for s in symptoms):
+            continue
+        explanation = effect.explain(likelihood, windows)
+        if explanation is None:
+            continue
+        level *= explanation.level
+        rest = find_symptoms(likelihood, fit, explanation.windows, level)
+        if not any(s.kind == effect.symptom for s in rest):
+            symptoms, windows = rest, explanation.windows
+            found[effect.name] = explanation
+    return symptoms, found
 
 
 def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:

@@ -18,6 +18,7 @@ from gsense_fusion.identification.campaign import (
 from gsense_fusion.identification.claims import judge
 from gsense_fusion.identification.earth import without_earth_rate
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
@@ -69,12 +70,14 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     notes += () if drifting is None else (drifting,)
     source = DriverSource(campaign)
     effects, undecidable = decidable(settings.catalogue, campaign, source)
+    statistical = tuple(e for e in effects if isinstance(e, StatisticalEffect))
+    effects = tuple(e for e in effects if not isinstance(e, StatisticalEffect))
     likelihood = Likelihood(campaign, source, effects, noise)
     base = frozenset(n for n in settings.declared if n != "bias" and n in likelihood.columns.start)
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = selection.search()
     say("is anything left?", 0.7)
-    claims = judge(selection, best.fit)
+    claims = judge(selection, best.fit, statistical)
     declared = selection.candidate(base).fit
     folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
     if not folds:

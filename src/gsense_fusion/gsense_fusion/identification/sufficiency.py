@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2, norm
+from scipy.stats import f as fisher
 
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
@@ -81,8 +82,13 @@ def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
     return OrderEnergy(HALF_ORDERS, energy, calibrated, square / np.maximum(count, 1)[:, None], count)
 
 
-def find_symptoms(likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual]) -> list[Symptom]:
-    """All families of tests; a list of what failed, most significant first."""
+def find_symptoms(
+    likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual], level: float = 1.0
+) -> list[Symptom]:
+    """All families of tests; a list of what failed, most significant first.
+
+    `level`: how many times the power at rest the noise in motion is known to have.
+    """
     alpha = FAMILY_ALPHA / FAMILIES
     moving = [w for w in windows if w.window.moving]
     still = [w for w in windows if not w.window.moving]
@@ -91,7 +97,7 @@ def find_symptoms(likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResi
         found += _orders(likelihood, moving, alpha)
         found += _lines(moving, alpha)
         found += _bands(moving, still, alpha)
-    found += _intensity(likelihood, fit, alpha)
+    found += _intensity(likelihood, fit, alpha, level)
     found += _steps(likelihood, fit, alpha)
     return sorted(found, key=lambda s: s.p_value)
 
@@ -138,8 +144,16 @@ def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     return [Symptom("lines", axes, hits[0].p_value, rms, tuple(2 * np.pi * f for f in tones[:5]), description)]
 
 
+def strongest_line(moving: Sequence[WindowResidual]) -> Line | None:
+    """The most significant line in motion away from the drive's orders, at the level of its family."""
+    alpha = FAMILY_ALPHA / FAMILIES / 2
+    return min(_single_lines(moving, alpha) + _pooled_lines(moving, alpha), key=lambda h: h.p_value, default=None)
+
+
 @dataclass(frozen=True)
-class _Line:
+class Line:
+    """A line at a fixed frequency."""
+
     p_value: float
     frequency_hz: float
     axis: int
@@ -152,7 +166,7 @@ def _amplitude(residual: WindowResidual, bin_: int, axis: int, power: float) -> 
     return float(np.sqrt(2 * power) / (residual.bins.weight[bin_, axis] * len(residual.window) / 2))
 
 
-def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]:
+def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
     looks = sum(int(w.away_from_orders().sum()) * 3 for w in moving)
     threshold = np.log(looks / alpha)
     out = []
@@ -160,11 +174,11 @@ def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]
         for i, axis in zip(*np.nonzero((w.power > threshold) & w.away_from_orders()[:, None]), strict=True):
             power = float(w.power[i, axis])
             p = float(min(1.0, looks * np.exp(-power)))
-            out.append(_Line(p, float(w.frequency[i]), int(axis), _amplitude(w, int(i), int(axis), power)))
+            out.append(Line(p, float(w.frequency[i]), int(axis), _amplitude(w, int(i), int(axis), power)))
     return out
 
 
-def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]:
+def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
     """Sum of the nearest bins of all windows on the coarsest window's grid."""
     coarse = max(moving, key=lambda w: w.resolution_hz)
     total = np.zeros((len(coarse.frequency), 3))
@@ -185,7 +199,7 @@ def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[_Line]
         excess = float(total[i, axis] / count[i] - 1.0)
         w, at = nearest[0]
         amplitude = _amplitude(w, int(at[i]), int(axis), max(excess, 0.0))
-        out.append(_Line(float(min(1.0, looks * p[i, axis])), float(coarse.frequency[i]), int(axis), amplitude))
+        out.append(Line(float(min(1.0, looks * p[i, axis])), float(coarse.frequency[i]), int(axis), amplitude))
     return out
 
 
@@ -200,8 +214,9 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
             if count < 30 or rest_count < 30:
                 continue
             looks += 1
-            spread = np.sqrt(1 / count + 1 / rest_count + MODEL_ERROR**2)
-            z = (mean / rest - 1.0) / spread
+            # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
+            known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2)
+            z = float(norm.isf(np.clip(fisher.sf(mean / rest, 2 * count, 2 * known), 1e-300, 1.0)))
             excess = (mean - rest) * _band(moving, low, high, axis)[2]
             if worst is None or z > worst[0]:
                 worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
@@ -224,7 +239,7 @@ def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int)
     return (float(power.mean()) if len(power) else 1.0), len(power), variance
 
 
-def _intensity(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> list[Symptom]:
     """Does the mean rate depend on how hard the carriage is driven (rectification)?"""
     runs = likelihood.campaign.fit
     if not any(r.motion is not None and r.motion.moving is not None for r in runs):
@@ -241,7 +256,7 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     for axis, slow in likelihood.slow.items():
         gram = slow.gram(square[:, None], residual[:, axis], fit.drift[axis])
         slope[axis] = gram.xy[0] / gram.xx[0, 0]
-        ratio[axis] = gram.xy[0] ** 2 / gram.xx[0, 0]
+        ratio[axis] = gram.xy[0] ** 2 / gram.xx[0, 0] / level
     p = float(chi2.sf(ratio.sum(), len(likelihood.slow)))
     if p > alpha:
         return []

@@ -1,4 +1,4 @@
-"""The catalogue of effects: one file an effect; adding one touches its file and the list below."""
+"""The effects with columns: one file an effect; adding one touches its file and the list below."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from gsense_fusion.identification.effects.temperature_bias import TemperatureBia
 from gsense_fusion.identification.effects.time_offset import TimeOffset
 from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
 
-CATALOGUE: tuple[Effect, ...] = (
+REGRESSED: tuple[Effect, ...] = (
     GSensitivity(),
     TemperatureBias(),
     SupplyVoltage(),
@@ -40,9 +40,4 @@ CATALOGUE: tuple[Effect, ...] = (
     BeltToothAngle(),
     ViscousTilt(),
 )
-"""Every effect that can be named, of equally likely ones the commoner first; `bias` is always declared."""
-
-
-def by_name(catalogue: tuple[Effect, ...] = CATALOGUE) -> dict[str, Effect]:
-    """The effects of a catalogue by their names."""
-    return {effect.name: effect for effect in catalogue}
+"""Effects with columns, of equally likely ones the commoner first; `catalogue` adds those of the noise."""

@@ -1,0 +1,118 @@
+"""A tone at a fixed frequency that is not equally there at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
+from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.residual import WindowResidual
+from gsense_fusion.identification.sufficiency import strongest_line
+from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
+
+EVERYWHERE = 0.7
+"""Part of the windows in motion that must have the tone: a line of one run alone is something else."""
+STEADY = 0.35
+"""Scatter of its amplitude over the windows, as a part of it, on top of noise."""
+BESIDE_BINS = 3.0
+
+
+class LineTone(StatisticalEffect):
+    """a sin(2 pi f t + phase), f the same in every run: the mains or its alias, a fan, a converter."""
+
+    name = "line_tone"
+    owner = Owner.CHAIN
+    equation = "a sin(2 pi f t + phase)"
+    source = "mains hum and switching converters seen through the sampler"
+    symptom = "lines"
+
+    def explain(self, likelihood: Likelihood, windows: Sequence[WindowResidual]) -> Explanation | None:
+        """One frequency that all runs share, with the phase of each its own."""
+        moving = [w for w in windows if w.window.moving and w.data in likelihood.campaign.fit]
+        found = strongest_line(moving)
+        if found is None:
+            return None
+        frequency = _refined(moving, found.frequency_hz)
+        usable = [w for w in moving if _near(w, frequency).any()]
+        fits = [_sine(w, frequency) for w in usable]
+        if not fits:
+            return None
+        axis = int(np.argmax(np.median([np.abs(f.coefficient) for f in fits], axis=0)))
+        amplitude = np.array([abs(f.coefficient[axis]) for f in fits])
+        noise = np.array([f.stderr[axis] for f in fits])
+        level = float(np.median(amplitude))
+        present = np.mean(amplitude > 0.5 * level + noise)
+        scatter = float(np.sqrt(max(np.var(amplitude) - np.mean(noise**2), 0.0)))
+        if present < EVERYWHERE or scatter > STEADY * level:
+            return None
+        mean_square = np.mean([np.abs(f.coefficient) ** 2 - 2 * f.stderr**2 for f in fits], axis=0)
+        size = np.sqrt(np.maximum(mean_square, 0.0))
+        error = np.array([np.sqrt(np.mean([f.stderr[i] ** 2 for f in fits]) / len(fits)) for i in range(3)])
+        first = max(fits, key=lambda f: abs(f.coefficient[axis]))
+        signs = np.array([np.sign((f := first).coefficient[i] / f.coefficient[axis] + 0j).real for i in range(3)])
+        parameters = {
+            f"a_{x}": Parameter(float(size[i] * (signs[i] or 1.0)), float(error[i]), "rad/s")
+            for i, x in enumerate(AXES)
+        }
+        resolution = float(np.min([w.resolution_hz for w in usable]))
+        spread = resolution * float(error[axis]) / max(level, 1e-30)
+        parameters["frequency"] = Parameter(frequency, max(spread, 1e-6), "Hz")
+        phase = float(np.angle(fits[0].coefficient[axis]))
+        parameters["phase"] = Parameter(phase, float(noise[0] / max(amplitude[0], 1e-30)), "rad")
+        axes = tuple(x for i, x in enumerate(AXES) if size[i] > 3 * error[i])
+        rest = tuple(_without(w, frequency) for w in windows)
+        return Explanation(parameters, axes, found.p_value, rest, float(np.linalg.norm(size) / np.sqrt(2)))
+
+
+class _Sine:
+    def __init__(self, coefficient: FloatArray, stderr: FloatArray) -> None:
+        self.coefficient = coefficient
+        self.stderr = stderr
+
+
+def _near(residual: WindowResidual, frequency: float) -> FloatArray:
+    near = np.abs(residual.frequency - frequency) < BESIDE_BINS * residual.resolution_hz
+    return np.asarray(near & residual.away_from_orders())
+
+
+def _sine(residual: WindowResidual, frequency: float) -> _Sine:
+    """Complex amplitude of a sine in a window, rad/s, from the bins around it, by axis."""
+    n, rate = len(residual.window), residual.data.run.rate_hz
+    t = residual.data.run.time[residual.window.start] + np.arange(n) / rate
+    tone = np.fft.fft(np.exp(2j * np.pi * frequency * t))[: n // 2 + 1][residual.bins.keep]
+    near = _near(residual, frequency)
+    values = (residual.spectrum[0] + 1j * residual.spectrum[1])[near]
+    coefficient, stderr = np.zeros(3, dtype=complex), np.full(3, np.inf)
+    for axis in range(3):
+        x = tone[near] * residual.bins.weight[near, axis] / 2
+        xx = float(np.sum(np.abs(x) ** 2))
+        if xx > 0:
+            coefficient[axis] = np.sum(np.conj(x) * values[:, axis]) / xx
+            stderr[axis] = 1.0 / np.sqrt(xx)
+    return _Sine(coefficient, stderr)
+
+
+def _refined(moving: Sequence[WindowResidual], frequency: float) -> float:
+    """The frequency at which all windows together hold most energy."""
+    step = min(w.resolution_hz for w in moving)
+    grid = frequency + step * np.linspace(-2.0, 2.0, 41)
+    energy = []
+    for f in grid:
+        fits = [_sine(w, float(f)) for w in moving]
+        energy.append(sum(float(np.sum((np.abs(s.coefficient) / s.stderr) ** 2)) for s in fits))
+    return float(grid[int(np.argmax(energy))])
+
+
+def _without(residual: WindowResidual, frequency: float) -> WindowResidual:
+    """The residual without the sine that fits it best; at rest it is left as it is."""
+    if not residual.window.moving:
+        return residual
+    n, rate = len(residual.window), residual.data.run.rate_hz
+    t = residual.data.run.time[residual.window.start] + np.arange(n) / rate
+    sine = _sine(residual, frequency)
+    tone = np.fft.fft(np.exp(2j * np.pi * frequency * t))[: n // 2 + 1][residual.bins.keep] / 2
+    gone = tone[:, None] * sine.coefficient * residual.bins.weight
+    return replace(residual, spectrum=residual.spectrum - np.stack([gone.real, gone.imag]))

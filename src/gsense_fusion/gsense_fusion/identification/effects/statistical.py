@@ -1,0 +1,49 @@
+"""What changes the noise and not the mean: found in the residual of the complete model, with no columns of its own."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion
+from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.residual import WindowResidual
+from gsense_fusion.identification.types import FloatArray, Parameter
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """A statistical effect that was seen in the residual."""
+
+    parameters: Mapping[str, Parameter]
+    axes: tuple[str, ...]
+    p_value: float
+    windows: tuple[WindowResidual, ...]
+    """The residual without it: what the tests for anything left look at next."""
+    removable: float
+    """Root mean square of what could be subtracted if its phase were known, rad/s, axes root-summed."""
+    level: float = 1.0
+    """How many times the power of the noise at rest is there in the noisiest run."""
+
+
+class StatisticalEffect(Effect):
+    """An entry of the catalogue that explains a symptom of some kind."""
+
+    parameters = ()
+    symptom: str
+    """Kind of symptom that it explains, and that must vanish with it."""
+
+    @abstractmethod
+    def explain(self, likelihood: Likelihood, windows: Sequence[WindowResidual]) -> Explanation | None:
+        """The effect in these residuals, or None where they do not look like it."""
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """It needs motion along the rail."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """No columns, shape (n, 3, 0)."""
+        return np.zeros((len(drivers), 3, 0))
