@@ -114,7 +114,7 @@ def test_an_effect_taken_out_of_the_catalogue_is_unexplained(removed: Disturbanc
     ("disturbance", "effect"),
     [
         (Disturbance("rectification", 0.15 * DEG / 9.80665**2), "g_squared"),
-        (Disturbance("hard_spring", 0.05 * DEG), "g_cubed"),
+        (Disturbance("hard_spring", 0.3 * DEG), "g_cubed"),
         (Disturbance("brush_current", 0.02 * DEG), "friction_pickup"),
         (Disturbance("bias_jump", 0.1 * DEG), "bias_jump"),
         (Disturbance("supply", 3.0 * DEG), "supply_voltage"),

@@ -8,6 +8,10 @@ from gsense_fusion.identification.effects.base import Drivers, Effect, per_axis,
 from gsense_fusion.identification.types import FloatArray, Owner
 
 
+TOGGLED_V = 0.05
+"""V: a supply that moves by more within a run was moved on purpose."""
+
+
 class SupplyVoltage(Effect):
     """c (V - V0): an output against an absolute reference, sampled by a converter whose reference is the supply."""
 
@@ -22,8 +26,12 @@ class SupplyVoltage(Effect):
     every_run = True
 
     def missing(self, drivers: Drivers) -> str | None:
-        """It needs the supply voltage."""
-        return "no battery topic" if drivers.supply is None else None
+        """It needs the supply voltage, and the temperature or a toggled supply."""
+        if drivers.supply is None:
+            return "no battery topic"
+        if drivers.temperature is None and float(np.ptp(drivers.supply)) < TOGGLED_V:
+            return "no temperature topic, and a warm-up looks like a cell that discharges; toggle the supply"
+        return None
 
     def design(self, drivers: Drivers) -> FloatArray:
         """Voltage on each axis, shape (n, 3, 3)."""
