@@ -7,7 +7,6 @@ import numpy as np
 from gsense_fusion.identification.effects.base import Drivers, Effect, per_axis, spec
 from gsense_fusion.identification.types import FloatArray, Owner
 
-
 TOGGLED_V = 0.05
 """V: a supply that moves by more within a run was moved on purpose."""
 
