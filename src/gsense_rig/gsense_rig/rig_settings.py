@@ -43,6 +43,7 @@ class RigSettings:
     mounting: str
     effects: tuple[str, ...]
     bus: Path | None
+    memory: Path | None
     wiring: Path | None
     command_timeout: float
     drive_file: Path | None
@@ -70,6 +71,7 @@ class RigSettings:
             seed=self.seed,
             telemetry_every=round(parameters.rate / POSE_RATE),
             feed_factory=board,
+            memory=self.memory,
         )
 
     def _card_spec(self, parameters: LoopParameters) -> ProcessSpec:
@@ -110,6 +112,7 @@ def declare(node: Node) -> RigSettings:
         _describe("draws start position and sensor noise", integer_range=[IntegerRange(from_value=0, to_value=2**31)]),
     )
     unit_seed = declared("unit_seed", -1, _describe("draws the simulated board's own errors; -1: as seed"))
+    memory = declared("memory", "", _describe("file for the simulated rail's memory, to be looked at from outside"))
     wiring = declared("wiring", "", _describe("YAML file with the card's terminals; empty: the defaults"))
     identified = declared("drive_file", "", _describe("YAML that rig/tune writes and the start reads; empty: none"))
     bus = declared("bus", "", _describe("file of the sensor bus; empty: the board's default"))
@@ -122,6 +125,7 @@ def declare(node: Node) -> RigSettings:
         mounting=declared("mounting", "0", _mounting_descriptor()),
         effects=_effects(node),
         bus=Path(bus) if bus else None,
+        memory=Path(memory) if memory else None,
         wiring=Path(wiring) if wiring else None,
         drive_file=Path(identified) if identified else None,
         command_timeout=declared(
