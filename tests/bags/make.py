@@ -2,8 +2,8 @@
 
 ./rig exec python -m tests.bags.make [--bags]     without --bags: only bounds.yaml, from the bags as they are
 
-rail_7.mcap is simulated (`gsense_rig simulate`, seed 11): the carriage at 7 rad/s for 12 s between rests, the rail along
-the sensor's y axis, g-sensitivity 0.1 deg/s/g in the pattern of the thesis's equation 7.4.
+rail_7.mcap is simulated (`gsense_rig simulate`, seed 11): the carriage at 7 rad/s for 12 s between rests, the rail
+along the sensor's y axis, g-sensitivity 0.1 deg/s/g in the pattern of the thesis's equation 7.4.
 """
 
 from __future__ import annotations
