@@ -157,7 +157,7 @@ def _decode_fixed(msgtype: str, payloads: list[bytes]) -> Decoded | None:
     first = payloads[0]
     size = len(first)
     joined = b"".join(payloads)
-    if len(joined) != size * len(payloads) or any(len(payload) != size for payload in payloads):
+    if len(joined) != size * len(payloads) or set(map(len, payloads)) != {size}:
         return None
     layout = _Layout(first, "<" if first[1] & 1 else ">")
     try:
@@ -175,7 +175,14 @@ def _decode_fixed(msgtype: str, payloads: list[bytes]) -> Decoded | None:
     rows = np.frombuffer(joined, np.dtype(spec))
     stamp = rows["sec"].astype(np.int64) * 1_000_000_000 + rows["nanosec"]
     names = [name for name in layout.names if name not in ("sec", "nanosec")]
-    return Decoded(stamp, {name: np.ascontiguousarray(rows[name], dtype=np.float64) for name in names}, frame_id)
+    return Decoded(stamp, {name: _column(rows[name], name) for name in names}, frame_id)
+
+
+def _column(values: FloatArray, name: str) -> FloatArray:
+    """A copy of its own; covariances, of which only an element is looked at, stay where they are."""
+    if name.endswith("_covariance") and values.dtype == np.float64:
+        return values
+    return np.ascontiguousarray(values, dtype=np.float64)
 
 
 @lru_cache(maxsize=1)

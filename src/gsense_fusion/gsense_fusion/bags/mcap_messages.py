@@ -15,6 +15,7 @@ from binascii import crc32
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+import numpy as np
 from lz4.frame import decompress as _lz4  # type: ignore[import-untyped,unused-ignore]
 
 if sys.version_info >= (3, 14):
@@ -87,6 +88,8 @@ def read_chunk(data: mmap.mmap, start: int, length: int) -> bytes:
 
 def _walk(records: bytes, sinks: Mapping[int, Sink]) -> None:
     end = len(records)
+    if _walk_alike(records, sinks):
+        return
     padded = records + bytes(_MESSAGE.size)  # so that a short last record can be looked at as a message
     at = 0
     unpack, find = _MESSAGE.unpack_from, sinks.get
@@ -100,3 +103,22 @@ def _walk(records: bytes, sinks: Mapping[int, Sink]) -> None:
             if sink is not None:
                 sink(log_time, padded[at + _MESSAGE_HEADER : following])
         at = following
+
+
+def _walk_alike(records: bytes, sinks: Mapping[int, Sink]) -> bool:
+    """A chunk of nothing but messages of one channel and one length, as a sensor's own recording has them."""
+    if len(records) < _MESSAGE.size:
+        return False
+    opcode, length, channel, _, _ = _MESSAGE.unpack_from(records)
+    size = 9 + length
+    if opcode != 0x05 or len(records) % size:
+        return False
+    table = np.frombuffer(records, np.uint8).reshape(-1, size)
+    if not (table[:, :11] == table[0, :11]).all():
+        return False
+    sink = sinks.get(channel)
+    if sink is not None:
+        times = table[:, 15:23].copy().view("<u8").ravel().tolist()
+        for i, at in enumerate(range(_MESSAGE_HEADER, len(records), size)):
+            sink(times[i], records[at : at + size - _MESSAGE_HEADER])
+    return True

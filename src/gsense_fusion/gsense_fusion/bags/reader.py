@@ -235,6 +235,8 @@ def _reported(table: _Table, name: str) -> NDArray[np.float64]:
 def _attitude(table: _Table) -> NDArray[np.float64] | None:
     """The sensor's own attitude, w first; None where it is never reported."""
     absent = table.column("orientation_covariance")[:, 0] == -1.0
+    if absent.all():
+        return None
     turn = table.column("orientation")[:, [3, 0, 1, 2]]
     norm = np.linalg.norm(turn, axis=1, keepdims=True)
     known = ~absent[:, None] & (norm > 0)
