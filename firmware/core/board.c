@@ -17,16 +17,15 @@ void board_init(board *b, const board_profile *profile, uint8_t bno_mode)
 {
     memset(b, 0, sizeof *b);
     b->profile = profile;
-    bno055_config bno = profile->bno;
-    if (bno_mode != 0u) {
-        bno.mode = bno_mode;
-    }
     mpu6050_init(&b->mpu, &b->bus, &profile->mpu);
-    bno055_init(&b->bno, &b->bus, &bno);
+    bno055_init(&b->bno, &b->bus, &profile->bno);
+    if (bno_mode != 0u) {
+        b->bno.config.mode = bno_mode;
+    }
     sample_clock_init(&b->bno_clock, BNO_GYRO_PERIOD_US);
     const uint32_t now = hal_micros();
     b->uptime_mark_us = now;
-    scheduler_start(&b->slots, profile->rates, now);
+    scheduler_start(&b->slots, &profile->rates, now);
     scheduler_disarm(&b->slots, JOB_STATUS); /* the set-up of the MPU brings the first one; without it the first second does */
     scheduler_arm(&b->slots, JOB_MPU_SETUP, now + SETUP_RETRY_US);
     scheduler_arm(&b->slots, JOB_BNO_SETUP, now);
@@ -44,12 +43,12 @@ static uint8_t flags(const board *b, bool failed)
 /* A chip that is still being set up in the first second sends nothing; after that, frames that say "read failed". */
 static bool worth_a_frame(const board *b, bool ready) { return b->announced && (ready || b->uptime_s != 0u); }
 
-static void hand_over(board *b, uint8_t frame[FRAME_SIZE], uint8_t type, bool failed, uint32_t time_us)
+static void hand_over(board *b, uint8_t type, bool failed, uint32_t time_us)
 {
     const frame_header header = {type, flags(b, failed), b->sequence, time_us};
-    frame_close(frame, &header);
+    frame_close(b->frame, &header);
     nrf24_make_room(&b->radio); /* waits only where retries made the frames before late */
-    nrf24_send(&b->radio, frame);
+    nrf24_send(&b->radio, b->frame);
     ++b->sequence; /* also where the radio gave it up at once: the gap tells of it */
 }
 
@@ -60,6 +59,7 @@ static void run_mpu(board *b)
     }
     const uint32_t start = hal_micros();
     uint8_t registers[MPU_BURST];
+    hal_adc_start(); /* goes on during the burst */
     const bool good = mpu6050_read(&b->mpu, registers);
     const uint16_t lisy = lisy300_sum();
     battery_read(&b->cell);
@@ -67,7 +67,7 @@ static void run_mpu(board *b)
     const frame_mpu body = {registers,         lisy,          b->cell.millivolt,
                             b->radio.given_up, b->bus.errors, b->radio.retransmissions};
     frame_put_mpu(b->frame, &body);
-    hand_over(b, b->frame, FRAME_MPU, !good, start);
+    hand_over(b, FRAME_MPU, !good, start);
 }
 
 static bool in_amg(const board *b) { return b->bno.config.mode == BNO_MODE_AMG; }
@@ -75,15 +75,19 @@ static bool in_amg(const board *b) { return b->bno.config.mode == BNO_MODE_AMG; 
 static void send_bno(board *b)
 {
     if (b->bno_pending) {
-        hand_over(b, b->bno_frame, in_amg(b) ? FRAME_BNO_AMG : FRAME_BNO_NDOF, b->bno_failed, b->bno_time_us);
+        memcpy(&b->frame[FRAME_BODY], b->bno_body, sizeof b->bno_body);
+        hand_over(b, in_amg(b) ? FRAME_BNO_AMG : FRAME_BNO_NDOF, b->bno_failed, b->bno_time_us);
         b->bno_pending = false;
     }
 }
 
 static void plan_look(board *b, uint32_t now)
 {
-    const uint32_t next = sample_clock_next_look(&b->bno_clock);
-    scheduler_arm(&b->slots, JOB_BNO_LOOK, time_reached(next, now) ? next : now);
+    uint32_t next = sample_clock_next_look(&b->bno_clock);
+    if (!time_reached(next, now)) {
+        next = now;
+    }
+    scheduler_arm(&b->slots, JOB_BNO_LOOK, next);
 }
 
 static void run_bno_read(board *b)
@@ -97,15 +101,16 @@ static void run_bno_read(board *b)
     b->bno_failed = !bno055_read(&b->bno, registers);
     frame_bno body = {registers, b->bno.calib_stat, b->bno.temperature, 0};
     if (!in_amg(b)) {
-        frame_put_bno_ndof(b->bno_frame, &body);
+        frame_put_bno_ndof(b->frame, &body);
     } else {
         if (!b->bno_failed) {
             sample_clock_look(&b->bno_clock, b->bno_time_us, &registers[BNO_GYR_IN_BURST]);
             body.age_us = sample_clock_age(&b->bno_clock, b->bno_time_us);
             plan_look(b, hal_micros());
         }
-        frame_put_bno_amg(b->bno_frame, &body);
+        frame_put_bno_amg(b->frame, &body);
     }
+    memcpy(b->bno_body, &b->frame[FRAME_BODY], sizeof b->bno_body);
     b->bno_pending = true;
     scheduler_arm(&b->slots, JOB_BNO_SEND, b->bno_time_us);
 }
@@ -124,26 +129,25 @@ static void run_status(board *b)
 {
     const mpu6050_config *mpu = &b->mpu.config;
     const bno055_config *bno = &b->bno.config;
-    const frame_status body = {
-        .major = FIRMWARE_MAJOR,
-        .minor = FIRMWARE_MINOR,
-        .mpu_dlpf_cfg = mpu->dlpf_cfg,
-        .mpu_fs_sel = mpu->fs_sel,
-        .mpu_afs_sel = mpu->afs_sel,
-        .mpu_smplrt_div = mpu->smplrt_div,
-        .bno_opr_mode = bno055_mode(&b->bno),
-        .bno_acc_config = bno->acc_config,
-        .bno_gyr_config_0 = bno->gyr_config_0,
-        .bno_gyr_config_1 = bno->gyr_config_1,
-        .bno_mag_config = bno->mag_config,
-        .reset_cause = (uint8_t)hal_reset_cause(),
-        .bno_unit_sel = bno->unit_sel,
-        .mpu_period_us = (uint16_t)b->profile->rates[JOB_MPU].period_us,
-        .bno_period_us = (uint16_t)b->profile->rates[JOB_BNO_READ].period_us,
-        .uptime_s = b->uptime_s,
-    };
+    frame_status body;
+    body.major = FIRMWARE_MAJOR;
+    body.minor = FIRMWARE_MINOR;
+    body.mpu_dlpf_cfg = mpu->dlpf_cfg;
+    body.mpu_fs_sel = mpu->fs_sel;
+    body.mpu_afs_sel = mpu->afs_sel;
+    body.mpu_smplrt_div = mpu->smplrt_div;
+    body.bno_opr_mode = bno055_mode(&b->bno);
+    body.bno_acc_config = bno->acc_config;
+    body.bno_gyr_config_0 = bno->gyr_config_0;
+    body.bno_gyr_config_1 = bno->gyr_config_1;
+    body.bno_mag_config = bno->mag_config;
+    body.reset_cause = (uint8_t)hal_reset_cause();
+    body.bno_unit_sel = bno->unit_sel;
+    body.mpu_period_us = (uint16_t)b->profile->rates.period_us[JOB_MPU];
+    body.bno_period_us = (uint16_t)b->profile->rates.period_us[JOB_BNO_READ];
+    body.uptime_s = b->uptime_s;
     frame_put_status(b->frame, &body);
-    hand_over(b, b->frame, FRAME_STATUS, false, hal_micros());
+    hand_over(b, FRAME_STATUS, false, hal_micros());
     b->announced = true;
 }
 

@@ -35,7 +35,7 @@ enum {
 };
 
 typedef struct {
-    scheduler_rate rates[SCHEDULER_JOBS];
+    scheduler_rates rates;
     mpu6050_config mpu;
     bno055_config bno;
 } board_profile;
@@ -62,7 +62,7 @@ typedef struct {
     bool bno_failed;
     uint32_t bno_time_us;
     uint8_t frame[FRAME_SIZE];
-    uint8_t bno_frame[FRAME_SIZE]; /* read, not yet sent */
+    uint8_t bno_body[FRAME_CRC - FRAME_BODY]; /* read, not yet sent */
 } board;
 
 /* `bno_mode`: BNO_MODE_AMG or BNO_MODE_NDOF in place of the profile's, 0 keeps it. */

@@ -15,6 +15,12 @@ static inline void count_u8(uint8_t *counter)
     }
 }
 
-static inline uint16_t saturate_u16(uint32_t value) { return value > UINT16_MAX ? UINT16_MAX : (uint16_t)value; }
+static inline uint16_t saturate_u16(uint32_t value)
+{
+    if (value > UINT16_MAX) {
+        return UINT16_MAX;
+    }
+    return (uint16_t)value;
+}
 
 #endif

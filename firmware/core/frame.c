@@ -21,13 +21,13 @@ enum {
     STATUS_ZERO = FRAME_BODY + 20u
 };
 
-static void put_u16(uint8_t *at, uint16_t value)
+static inline void put_u16(uint8_t *at, uint16_t value)
 {
     at[0] = (uint8_t)(value & 0xFFu);
     at[1] = (uint8_t)(value >> 8);
 }
 
-static void put_u32(uint8_t *at, uint32_t value)
+static inline void put_u32(uint8_t *at, uint32_t value)
 {
     put_u16(at, (uint16_t)(value & 0xFFFFu));
     put_u16(at + 2, (uint16_t)(value >> 16));

@@ -36,8 +36,11 @@ bool hal_i2c_drive(bool scl, bool sda);
 /* The lines back to the peripheral, which is set up anew. */
 void hal_i2c_restart(void);
 
-/* One 10-bit conversion, 0 to 1023. */
-uint16_t hal_adc_read(hal_adc_channel channel);
+/* 10-bit ADC. `start` begins LISY_CONVERSIONS conversions of the LISY300 and one of the battery, which go on by themselves;
+ * `sum` waits for their end (0.5 ms from the start) and gives the sum of the channel's, each 0 to 1023. */
+#define LISY_CONVERSIONS 16u
+void hal_adc_start(void);
+uint16_t hal_adc_sum(hal_adc_channel channel);
 
 /* nRF24L01+: one SPI transaction (mode 0, 2 MHz at most, MSB first): CSN low, command, `length` bytes, CSN high. Returns
  * the STATUS register that the chip shifts out during the command. */

@@ -4,9 +4,8 @@
 
 #include <stdint.h>
 
-#define LISY_CONVERSIONS 16u
-
-/* Sum of 16 conversions, 0 to 16368: V = sum * 3.3 / 16384. Its noise is above one ADC step, so the sum gains 2 bits. */
+/* Sum of 16 conversions, 0 to 16368: V = sum * 3.3 / 16384. Its noise is above one ADC step, so the sum gains 2 bits.
+ * Of the conversions that hal_adc_start began. */
 uint16_t lisy300_sum(void);
 
 #endif

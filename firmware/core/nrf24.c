@@ -28,22 +28,22 @@ static uint8_t config_bits(const nrf24 *radio)
     return (uint8_t)(NRF_CONFIG_CRC_16 | (radio->role == NRF24_RECEIVER ? NRF_CONFIG_PRIM_RX : 0u));
 }
 
-/* The registers besides CONFIG and the addresses, in pairs of number and value. */
+/* The registers besides CONFIG and the addresses, in the order in which they are written: FEATURE before DYNPD. */
 #define SETTINGS 8u
-static void wanted_settings(const nrf24_config *config, uint8_t settings[SETTINGS][2])
+static const uint8_t setting_registers[SETTINGS] = {NRF_EN_AA, NRF_EN_RXADDR, NRF_SETUP_AW, NRF_SETUP_RETR,
+                                                    NRF_RF_CH, NRF_RF_SETUP,  NRF_FEATURE,  NRF_DYNPD};
+
+static void wanted_settings(const nrf24_config *config, uint8_t values[SETTINGS])
 {
     const uint8_t ack = config->auto_ack ? 1u : 0u;
-    const uint8_t wanted[SETTINGS][2] = {
-        {NRF_EN_AA, ack},
-        {NRF_EN_RXADDR, 1u},
-        {NRF_SETUP_AW, ADDRESS_WIDTH_5},
-        {NRF_SETUP_RETR, config->auto_ack ? config->retries : 0u}, /* delay 0: 250 us */
-        {NRF_RF_CH, config->channel},
-        {NRF_RF_SETUP, NRF_RF_2_MBIT_0_DBM},
-        {NRF_FEATURE, config->auto_ack ? NRF_FEATURE_DPL : 0u}, /* before DYNPD */
-        {NRF_DYNPD, ack},
-    };
-    memcpy(settings, wanted, sizeof wanted);
+    values[0] = ack;
+    values[1] = 1u;
+    values[2] = ADDRESS_WIDTH_5;
+    values[3] = config->auto_ack ? config->retries : 0u; /* delay 0: 250 us */
+    values[4] = config->channel;
+    values[5] = NRF_RF_2_MBIT_0_DBM;
+    values[6] = config->auto_ack ? NRF_FEATURE_DPL : 0u;
+    values[7] = ack;
 }
 
 static bool address_holds(const nrf24 *radio, uint8_t reg)
@@ -55,12 +55,12 @@ static bool address_holds(const nrf24 *radio, uint8_t reg)
 
 static bool configure(nrf24 *radio)
 {
-    uint8_t settings[SETTINGS][2];
-    wanted_settings(radio->config, settings);
+    uint8_t values[SETTINGS];
+    wanted_settings(radio->config, values);
     hal_radio_ce(false);
     put(NRF_CONFIG, config_bits(radio)); /* powered down while it is set up */
     for (uint8_t i = 0; i < SETTINGS; ++i) {
-        put(settings[i][0], settings[i][1]);
+        put(setting_registers[i], values[i]);
     }
     put(NRF_RX_PW_P0, NRF_PAYLOAD);
     (void)hal_radio_write(NRF_W_REGISTER | NRF_TX_ADDR, radio->config->address, NRF_ADDRESS_BYTES);
@@ -70,7 +70,7 @@ static bool configure(nrf24 *radio)
     put(NRF_STATUS, NRF_STATUS_FLAGS);
     bool good = get(NRF_CONFIG) == config_bits(radio) && get(NRF_RX_PW_P0) == NRF_PAYLOAD;
     for (uint8_t i = 0; i < SETTINGS && good; ++i) {
-        good = get(settings[i][0]) == settings[i][1];
+        good = get(setting_registers[i]) == values[i];
     }
     return good && address_holds(radio, NRF_TX_ADDR) && address_holds(radio, NRF_RX_ADDR_P0);
 }

@@ -1,4 +1,6 @@
-/* The rates table: period, phase, cost of every job in us. Costs are measured times at 8 MIPS, rounded up. */
+/* The rates table: a row of periods, one of phases, one of costs, all in us, columns in the order of the jobs in board.h:
+ * MPU, BNO read, BNO send, BNO look, STATUS, BNO health, verify, radio verify, and the set-ups of MPU, BNO and radio.
+ * Costs are measured times at 8 MIPS, rounded up. */
 #include "board.h"
 #include "config.h"
 
@@ -9,11 +11,9 @@
 
 #define RATES(mpu_period_us, bno_phase_us)                                                                             \
     {                                                                                                                  \
-        [JOB_MPU] = {(mpu_period_us), 0u, 1300u}, [JOB_BNO_READ] = {10000u, (bno_phase_us), 650u},                     \
-        [JOB_BNO_SEND] = {0u, 0u, 600u}, [JOB_BNO_LOOK] = {0u, 0u, 300u}, [JOB_STATUS] = {1000000u, 50000u, 600u},     \
-        [JOB_BNO_HEALTH] = {100000u, 3000u, 200u}, [JOB_VERIFY] = {1000000u, 53000u, 650u},                            \
-        [JOB_RADIO_VERIFY] = {1000000u, 58000u, 300u}, [JOB_MPU_SETUP] = {0u, 0u, 600u},                              \
-        [JOB_BNO_SETUP] = {0u, 0u, 1000u}, [JOB_RADIO_SETUP] = {0u, 0u, 1000u}                                         \
+        {(mpu_period_us), 10000u, 0u, 0u, 1000000u, 100000u, 1000000u, 1000000u, 0u, 0u, 0u},                          \
+        {0u, (bno_phase_us), 0u, 0u, 50000u, 3000u, 53000u, 58000u, 0u, 0u, 0u},                                       \
+        {1300u, 650u, 600u, 300u, 600u, 200u, 650u, 300u, 600u, 1000u, 1000u}                                          \
     }
 
 const nrf24_config radio_config = {RADIO_CHANNEL, RADIO_ADDRESS, RADIO_RETRIES, RADIO_AUTO_ACK};

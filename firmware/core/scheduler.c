@@ -4,13 +4,13 @@
 
 #define IDLE_US 1000000u /* nothing armed: look again after this */
 
-void scheduler_start(scheduler *s, const scheduler_rate *rates, uint32_t now)
+void scheduler_start(scheduler *s, const scheduler_rates *rates, uint32_t now)
 {
     s->rates = rates;
     s->skipped = 0;
     for (uint8_t job = 0; job < SCHEDULER_JOBS; ++job) {
-        s->armed[job] = rates[job].period_us != 0u;
-        s->due_us[job] = now + rates[job].phase_us;
+        s->armed[job] = rates->period_us[job] != 0u;
+        s->due_us[job] = now + rates->phase_us[job];
     }
 }
 
@@ -29,7 +29,7 @@ static bool fits(const scheduler *s, uint8_t job, uint32_t now)
         return true;
     }
     for (uint8_t other = 0; other < job; ++other) {
-        if (s->armed[other] && (uint32_t)(s->due_us[other] - now) < s->rates[job].cost_us) {
+        if (s->armed[other] && (uint32_t)(s->due_us[other] - now) < s->rates->cost_us[job]) {
             return false;
         }
     }
@@ -38,7 +38,7 @@ static bool fits(const scheduler *s, uint8_t job, uint32_t now)
 
 static void set_next_slot(scheduler *s, uint8_t job, uint32_t now)
 {
-    const uint32_t period = s->rates[job].period_us;
+    const uint32_t period = s->rates->period_us[job];
     if (period == 0u) {
         s->armed[job] = false;
         return;
@@ -71,7 +71,9 @@ uint32_t scheduler_next(const scheduler *s, uint32_t now)
         }
         if (!time_reached(now, s->due_us[job])) {
             const uint32_t ahead = s->due_us[job] - now;
-            wait = ahead < wait ? ahead : wait;
+            if (ahead < wait) {
+                wait = ahead;
+            }
         } else if (fits(s, job, now)) {
             return now;
         } else {

@@ -14,21 +14,22 @@
 #define SCHEDULER_NONE 0xFFu
 #define SCHEDULER_PATIENCE_US 20000u
 
+/* One entry a job; arrays of numbers, for an 8-bit CPU has no multiplication to index structures with. */
 typedef struct {
-    uint32_t period_us;
-    uint16_t phase_us;
-    uint16_t cost_us; /* longest run at 8 MIPS */
-} scheduler_rate;
+    uint32_t period_us[SCHEDULER_JOBS];
+    uint16_t phase_us[SCHEDULER_JOBS];
+    uint16_t cost_us[SCHEDULER_JOBS]; /* longest run at 8 MIPS */
+} scheduler_rates;
 
 typedef struct {
-    const scheduler_rate *rates; /* SCHEDULER_JOBS entries */
+    const scheduler_rates *rates;
     uint32_t due_us[SCHEDULER_JOBS];
     bool armed[SCHEDULER_JOBS];
     uint16_t skipped; /* slots missed, stays at 65535 */
 } scheduler;
 
 /* Arms all periodic jobs, first due at now + phase. */
-void scheduler_start(scheduler *s, const scheduler_rate *rates, uint32_t now);
+void scheduler_start(scheduler *s, const scheduler_rates *rates, uint32_t now);
 void scheduler_arm(scheduler *s, uint8_t job, uint32_t due_us);
 void scheduler_disarm(scheduler *s, uint8_t job);
 

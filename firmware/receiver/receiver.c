@@ -25,7 +25,10 @@ static void mind_radio(receiver *r)
         return;
     }
     const uint32_t wait = nrf24_setup_step(&r->radio);
-    r->due_us = now + (wait != 0u ? wait : VERIFY_US);
+    r->due_us = now + VERIFY_US;
+    if (wait != 0u) {
+        r->due_us = now + wait;
+    }
 }
 
 /* A full ring loses the newest: the oldest may be half sent already, and its successors are in order. */
@@ -35,7 +38,7 @@ static void store(receiver *r, const uint8_t payload[NRF_PAYLOAD])
         r->overflow = saturate_u16((uint32_t)r->overflow + 1u);
         return;
     }
-    memcpy(r->ring[(uint8_t)((r->first + r->waiting) % RECEIVER_RING)], payload, NRF_PAYLOAD);
+    memcpy(r->ring[(uint8_t)((r->first + r->waiting) % RECEIVER_RING)].bytes, payload, NRF_PAYLOAD);
     ++r->waiting;
     r->deepest = r->waiting > r->deepest ? r->waiting : r->deepest;
 }
@@ -59,7 +62,7 @@ static void feed_line(receiver *r)
 {
     while (r->waiting > 0u) {
         if (r->packet_size == 0u) {
-            r->packet_size = (uint8_t)cobs_encode(r->ring[r->first], NRF_PAYLOAD, r->packet);
+            r->packet_size = (uint8_t)cobs_encode(r->ring[r->first].bytes, NRF_PAYLOAD, r->packet);
             r->packet_sent = 0;
         }
         const uint8_t left = (uint8_t)(r->packet_size - r->packet_sent);

@@ -15,9 +15,13 @@
 #include "nrf24.h"
 
 typedef struct {
+    uint8_t bytes[NRF_PAYLOAD];
+} receiver_payload;
+
+typedef struct {
     nrf24 radio;
     uint32_t due_us; /* of the next set-up step, or of the next look at the radio's registers */
-    uint8_t ring[RECEIVER_RING][NRF_PAYLOAD];
+    receiver_payload ring[RECEIVER_RING];
     uint8_t first;
     uint8_t waiting;
     uint8_t packet[COBS_PACKET_SIZE(NRF_PAYLOAD)];

@@ -78,10 +78,13 @@ bool hal_i2c_drive(bool scl, bool sda)
 
 void hal_i2c_restart(void) { ++fake.recoveries; }
 
-uint16_t hal_adc_read(hal_adc_channel channel)
+void hal_adc_start(void) {}
+
+uint16_t hal_adc_sum(hal_adc_channel channel)
 {
-    fake.time_us += 12;
-    return fake.adc[channel];
+    const uint16_t conversions = channel == HAL_ADC_LISY ? LISY_CONVERSIONS : 1u;
+    fake.time_us += 12u * conversions;
+    return (uint16_t)(conversions * fake.adc[channel]);
 }
 
 static void advance_air(void)

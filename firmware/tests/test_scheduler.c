@@ -7,7 +7,8 @@
 
 enum { FAST = 0, SLOW = 1, ONCE = 2 };
 
-static const scheduler_rate RATES[SCHEDULER_JOBS] = {[FAST] = {5000, 0, 1300}, [SLOW] = {10000, 2500, 600}, [ONCE] = {0, 0, 600}};
+static const scheduler_rates RATES = {
+    .period_us = {[FAST] = 5000, [SLOW] = 10000}, .phase_us = {[SLOW] = 2500}, .cost_us = {[FAST] = 1300, [SLOW] = 600, [ONCE] = 600}};
 
 static void slots_stay_on_their_grid_across_the_wrap(void **state)
 {
@@ -15,15 +16,15 @@ static void slots_stay_on_their_grid_across_the_wrap(void **state)
     scheduler s;
     const uint32_t start = UINT32_MAX - 1000000u; /* wraps after 1 s */
     uint32_t now = start;
-    scheduler_start(&s, RATES, now);
+    scheduler_start(&s, &RATES, now);
     unsigned runs[2] = {0, 0};
     while (now - start < 2000000u) {
         const uint8_t job = scheduler_take(&s, now);
         if (job != SCHEDULER_NONE) {
             assert_true(job <= SLOW);
-            assert_int_equal(now - start, runs[job] * RATES[job].period_us + RATES[job].phase_us);
+            assert_int_equal(now - start, runs[job] * RATES.period_us[job] + RATES.phase_us[job]);
             ++runs[job];
-            now += RATES[job].cost_us;
+            now += RATES.cost_us[job];
         }
         now = scheduler_next(&s, now);
     }
@@ -36,7 +37,7 @@ static void a_job_waits_when_it_would_reach_into_a_more_important_slot(void **st
 {
     (void)state;
     scheduler s;
-    scheduler_start(&s, RATES, 0);
+    scheduler_start(&s, &RATES, 0);
     assert_int_equal(scheduler_take(&s, 0), FAST);
     assert_int_equal(scheduler_take(&s, 2500), SLOW);
     scheduler_arm(&s, ONCE, 4500); /* 600 us long: would end at 5100 */
@@ -51,9 +52,9 @@ static void a_job_waits_when_it_would_reach_into_a_more_important_slot(void **st
 static void patience_ends(void **state)
 {
     (void)state;
-    static const scheduler_rate tight[SCHEDULER_JOBS] = {[FAST] = {1000, 0, 900}, [SLOW] = {10000, 0, 600}};
+    static const scheduler_rates tight = {.period_us = {[FAST] = 1000, [SLOW] = 10000}, .cost_us = {[FAST] = 900, [SLOW] = 600}};
     scheduler s;
-    scheduler_start(&s, tight, 0);
+    scheduler_start(&s, &tight, 0);
     uint32_t now = 0;
     bool ran = false;
     while (now < 30000u && !ran) {
@@ -69,7 +70,7 @@ static void missed_slots_are_skipped_and_counted(void **state)
 {
     (void)state;
     scheduler s;
-    scheduler_start(&s, RATES, 0);
+    scheduler_start(&s, &RATES, 0);
     assert_int_equal(scheduler_take(&s, 17000), FAST); /* due at 0; 5000, 10000 and 15000 are lost */
     assert_int_equal(s.skipped, 3);
     assert_int_equal(scheduler_take(&s, 17000), SLOW); /* due at 2500; 12500 is lost */
@@ -84,7 +85,7 @@ static void a_late_slot_runs_at_once_and_the_next_is_on_the_grid(void **state)
 {
     (void)state;
     scheduler s;
-    scheduler_start(&s, RATES, 0);
+    scheduler_start(&s, &RATES, 0);
     assert_int_equal(scheduler_take(&s, 1900), FAST);
     assert_int_equal(s.due_us[FAST], 5000);
     assert_int_equal(s.skipped, 0);
@@ -93,9 +94,9 @@ static void a_late_slot_runs_at_once_and_the_next_is_on_the_grid(void **state)
 static void nothing_armed_is_no_end(void **state)
 {
     (void)state;
-    static const scheduler_rate none[SCHEDULER_JOBS] = {{0, 0, 0}};
+    static const scheduler_rates none = {{0}, {0}, {0}};
     scheduler s;
-    scheduler_start(&s, none, 5);
+    scheduler_start(&s, &none, 5);
     assert_int_equal(scheduler_take(&s, 5), SCHEDULER_NONE);
     assert_true(scheduler_next(&s, 5) > 5);
     scheduler_arm(&s, ONCE, 7);

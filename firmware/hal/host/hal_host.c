@@ -268,7 +268,9 @@ bool hal_i2c_drive(bool scl, bool sda)
 
 void hal_i2c_restart(void) {}
 
-uint16_t hal_adc_read(hal_adc_channel channel)
+void hal_adc_start(void) {}
+
+static uint16_t convert(hal_adc_channel channel)
 {
     the_host.board_ns += ADC_CONVERSION_NS;
     if (channel == HAL_ADC_BATTERY) {
@@ -277,6 +279,16 @@ uint16_t hal_adc_read(hal_adc_channel channel)
     }
     the_host.lisy_index = (the_host.lisy_index + 1u) % IMAGE_LISY;
     return the_host.image.lisy[the_host.lisy_index] & 1023u;
+}
+
+uint16_t hal_adc_sum(hal_adc_channel channel)
+{
+    const uint8_t conversions = channel == HAL_ADC_LISY ? LISY_CONVERSIONS : 1u;
+    uint16_t sum = 0;
+    for (uint8_t i = 0; i < conversions; ++i) {
+        sum = (uint16_t)(sum + convert(channel));
+    }
+    return sum;
 }
 
 void hal_watchdog_kick(void) { the_host.kicked_ns = the_host.board_ns; }

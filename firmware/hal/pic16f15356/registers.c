@@ -1,0 +1,3 @@
+/* Places the registers of chip.h. */
+#define CHIP_DEFINE_REGISTERS
+#include "chip.h"
