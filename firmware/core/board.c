@@ -8,7 +8,7 @@
 #include "lisy300.h"
 
 #define SECOND_US 1000000u
-#define RADIO_AGAIN_US 100u
+#define RADIO_AGAIN_US 1000u
 
 /* Jobs without which the board is not alive. */
 #define VITAL_JOBS ((1u << JOB_MPU) | (1u << JOB_BNO_READ) | (1u << JOB_STATUS) | (1u << JOB_VERIFY) | (1u << JOB_RADIO_VERIFY))
@@ -45,8 +45,11 @@ static bool worth_a_frame(const board *b, bool ready) { return b->announced && (
 
 static void hand_over(board *b, uint8_t type, bool failed, uint32_t time_us)
 {
-    const frame_header header = {type, flags(b, failed), b->sequence, time_us};
-    frame_close(b->frame, &header);
+    b->header.type = type;
+    b->header.flags = flags(b, failed);
+    b->header.sequence = b->sequence;
+    b->header.time_us = time_us;
+    frame_close(b->frame, &b->header);
     nrf24_make_room(&b->radio); /* waits only where retries made the frames before late */
     nrf24_send(&b->radio, b->frame);
     ++b->sequence; /* also where the radio gave it up at once: the gap tells of it */
@@ -58,28 +61,23 @@ static void run_mpu(board *b)
         return;
     }
     const uint32_t start = hal_micros();
-    uint8_t registers[MPU_BURST];
+    uint8_t *const registers = b->mpu_registers;
     hal_adc_start(); /* goes on during the burst */
     const bool good = mpu6050_read(&b->mpu, registers);
     const uint16_t lisy = lisy300_sum();
     battery_read(&b->cell);
     (void)nrf24_busy(&b->radio); /* books how the frame before went */
-    const frame_mpu body = {registers,         lisy,          b->cell.millivolt,
-                            b->radio.given_up, b->bus.errors, b->radio.retransmissions};
-    frame_put_mpu(b->frame, &body);
+    b->sample.registers = registers;
+    b->sample.lisy_sum = lisy;
+    b->sample.battery_mv = b->cell.millivolt;
+    b->sample.radio_given_up = b->radio.given_up;
+    b->sample.i2c_errors = b->bus.errors;
+    b->sample.retransmissions = b->radio.retransmissions;
+    frame_put_mpu(b->frame, &b->sample);
     hand_over(b, FRAME_MPU, !good, start);
 }
 
 static bool in_amg(const board *b) { return b->bno.config.mode == BNO_MODE_AMG; }
-
-static void send_bno(board *b)
-{
-    if (b->bno_pending) {
-        memcpy(&b->frame[FRAME_BODY], b->bno_body, sizeof b->bno_body);
-        hand_over(b, in_amg(b) ? FRAME_BNO_AMG : FRAME_BNO_NDOF, b->bno_failed, b->bno_time_us);
-        b->bno_pending = false;
-    }
-}
 
 static void plan_look(board *b, uint32_t now)
 {
@@ -90,27 +88,42 @@ static void plan_look(board *b, uint32_t now)
     scheduler_arm(&b->slots, JOB_BNO_LOOK, next);
 }
 
+/* What the sample needs besides its bytes: it waits for the slot after the burst's, which is too long for both. */
+static uint16_t follow_samples(board *b)
+{
+    sample_clock_look(&b->bno_clock, b->bno_time_us, &b->bno_registers[BNO_GYR_IN_BURST]);
+    const uint16_t age_us = sample_clock_age(&b->bno_clock, b->bno_time_us);
+    plan_look(b, hal_micros());
+    return age_us;
+}
+
+static void send_bno(board *b)
+{
+    if (!b->bno_pending) {
+        return;
+    }
+    b->bno_pending = false;
+    frame_bno body = {b->bno_registers, b->bno.calib_stat, b->bno.temperature, 0};
+    if (!in_amg(b)) {
+        frame_put_bno_ndof(b->frame, &body);
+        hand_over(b, FRAME_BNO_NDOF, b->bno_failed, b->bno_time_us);
+        return;
+    }
+    if (!b->bno_failed) {
+        body.age_us = follow_samples(b);
+    }
+    frame_put_bno_amg(b->frame, &body);
+    hand_over(b, FRAME_BNO_AMG, b->bno_failed, b->bno_time_us);
+}
+
 static void run_bno_read(board *b)
 {
     if (!worth_a_frame(b, b->bno.state == BNO_READY)) {
         return;
     }
     send_bno(b); /* an older one that found no room */
-    uint8_t registers[BNO_NDOF_BURST];
     b->bno_time_us = hal_micros();
-    b->bno_failed = !bno055_read(&b->bno, registers);
-    frame_bno body = {registers, b->bno.calib_stat, b->bno.temperature, 0};
-    if (!in_amg(b)) {
-        frame_put_bno_ndof(b->frame, &body);
-    } else {
-        if (!b->bno_failed) {
-            sample_clock_look(&b->bno_clock, b->bno_time_us, &registers[BNO_GYR_IN_BURST]);
-            body.age_us = sample_clock_age(&b->bno_clock, b->bno_time_us);
-            plan_look(b, hal_micros());
-        }
-        frame_put_bno_amg(b->frame, &body);
-    }
-    memcpy(b->bno_body, &b->frame[FRAME_BODY], sizeof b->bno_body);
+    b->bno_failed = !bno055_read(&b->bno, b->bno_registers);
     b->bno_pending = true;
     scheduler_arm(&b->slots, JOB_BNO_SEND, b->bno_time_us);
 }
@@ -255,13 +268,15 @@ uint32_t board_step(board *b)
     const uint32_t now = hal_micros();
     keep_time(b, now);
     const uint8_t job = scheduler_take(&b->slots, now);
-    if (job != SCHEDULER_NONE) {
-        alive_ran(&b->jobs, job);
-        run_job(b, job);
-        mind_chips(b, hal_micros());
-    }
-    if (alive_check(&b->jobs, hal_micros())) {
+    if (alive_check(&b->jobs, now)) {
         hal_watchdog_kick();
     }
-    return scheduler_next(&b->slots, hal_micros());
+    if (job == SCHEDULER_NONE) {
+        return b->slots.next_us;
+    }
+    alive_ran(&b->jobs, job);
+    run_job(b, job);
+    const uint32_t end = hal_micros();
+    mind_chips(b, end);
+    return end;
 }

@@ -61,8 +61,11 @@ typedef struct {
     bool bno_pending;
     bool bno_failed;
     uint32_t bno_time_us;
+    frame_header header; /* of the frame; these three are here for their fixed addresses */
+    frame_mpu sample;
+    uint8_t mpu_registers[MPU_BURST];
     uint8_t frame[FRAME_SIZE];
-    uint8_t bno_body[FRAME_CRC - FRAME_BODY]; /* read, not yet sent */
+    uint8_t bno_registers[BNO_NDOF_BURST]; /* read, not yet sent */
 } board;
 
 /* `bno_mode`: BNO_MODE_AMG or BNO_MODE_NDOF in place of the profile's, 0 keeps it. */

@@ -173,10 +173,11 @@ static void conclude_stuck(nrf24 *radio)
     give_up(radio);
 }
 
-static void conclude_sent(nrf24 *radio)
+static void conclude_sent(nrf24 *radio, uint8_t fifo)
 {
     put(NRF_STATUS, NRF_STATUS_TX_DS);
-    if ((get(NRF_FIFO_STATUS) & NRF_FIFO_TX_EMPTY) == 0u) { /* looked at after clearing, so that no end goes unseen */
+    /* A frame that was left is looked at again after clearing, so that no end goes unseen. */
+    if ((fifo & NRF_FIFO_TX_EMPTY) == 0u && (get(NRF_FIFO_STATUS) & NRF_FIFO_TX_EMPTY) == 0u) {
         radio->queued = 1;
         radio->sent_us = hal_micros();
         return;
@@ -188,14 +189,15 @@ static void conclude_sent(nrf24 *radio)
 
 static void conclude(nrf24 *radio)
 {
-    const uint8_t status = hal_radio_write(NRF_NOP, NULL, 0);
+    uint8_t fifo = 0;
+    const uint8_t status = hal_radio_read(NRF_R_REGISTER | NRF_FIFO_STATUS, &fifo, 1);
     if ((status & NRF_STATUS_MAX_RT) != 0u) {
         radio->stuck_in_row = 0;
         radio->retransmissions = get(NRF_OBSERVE_TX) & 0x0Fu;
         give_up(radio);
     } else if ((status & NRF_STATUS_TX_DS) != 0u) {
         radio->stuck_in_row = 0;
-        conclude_sent(radio);
+        conclude_sent(radio, fifo);
     } else { /* the line is low for no reason of ours */
         conclude_stuck(radio);
     }

@@ -11,6 +11,7 @@
 #include <stdint.h>
 
 #define SCHEDULER_JOBS 11u
+#define SCHEDULER_FREQUENT 4u /* jobs below it are looked at each time, the others only when the first of them is due */
 #define SCHEDULER_NONE 0xFFu
 #define SCHEDULER_PATIENCE_US 20000u
 
@@ -25,6 +26,9 @@ typedef struct {
     const scheduler_rates *rates;
     uint32_t due_us[SCHEDULER_JOBS];
     bool armed[SCHEDULER_JOBS];
+    uint32_t room_us; /* free time ahead, while jobs are looked at */
+    uint32_t next_us; /* the earliest time at which a job may start, where none could at the last look */
+    uint32_t others_due_us; /* no job from SCHEDULER_FREQUENT on is due before */
     uint16_t skipped; /* slots missed, stays at 65535 */
 } scheduler;
 
@@ -33,9 +37,7 @@ void scheduler_start(scheduler *s, const scheduler_rates *rates, uint32_t now);
 void scheduler_arm(scheduler *s, uint8_t job, uint32_t due_us);
 void scheduler_disarm(scheduler *s, uint8_t job);
 
-/* The job to run at `now`, its next slot already set, or SCHEDULER_NONE. */
+/* The job to run at `now`, its next slot already set, or SCHEDULER_NONE: then next_us tells when to ask again. */
 uint8_t scheduler_take(scheduler *s, uint32_t now);
-/* When to ask again: the earliest time after `now` at which a job may start. */
-uint32_t scheduler_next(const scheduler *s, uint32_t now);
 
 #endif

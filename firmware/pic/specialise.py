@@ -61,8 +61,9 @@ def parse(name: str, text: str) -> Unit:
 
 
 def _rename(tree: c_ast.Node, names: dict[str, str]) -> None:
+    members = {id(node.field) for node in _walk(tree) if isinstance(node, c_ast.StructRef)}
     for node in _walk(tree):
-        if isinstance(node, c_ast.ID) and node.name in names:
+        if isinstance(node, c_ast.ID) and node.name in names and id(node) not in members:
             node.name = names[node.name]
         elif isinstance(node, c_ast.Decl) and isinstance(node.type, c_ast.FuncDecl) and node.name in names:
             node.type.type.declname = names[node.name]

@@ -1,16 +1,13 @@
 /* The 10-bit ADC: RA0 LISY300, RA1 battery; 1 us a bit (FOSC/32), reference is the supply. */
 #include "adc.h"
 
+#include "chip.h"
 #include "hal.h"
 #include "peripherals.h"
 
 #define RIGHT_FOSC_32_VDD 0xA0u
+#define CHANNEL_LISY 0x01u /* RA0, ADON */
 #define POLLS 1000u /* about 2 ms */
-
-volatile uint8_t adc_left;
-volatile uint8_t adc_wait;
-volatile uint16_t adc_lisy_sum;
-volatile uint16_t adc_battery;
 
 void adc_init(void)
 {
@@ -18,7 +15,7 @@ void adc_init(void)
     adc_lisy_sum = 0u;
     adc_battery = 0u;
     ADCON1 = RIGHT_FOSC_32_VDD;
-    ADCON0 = ADC_CHANNEL_LISY;
+    ADCON0 = CHANNEL_LISY;
     PIR1 &= (uint8_t)~PIR1_ADIF;
     PIE1 |= PIR1_ADIF;
 }
@@ -28,7 +25,7 @@ void hal_adc_start(void)
     if (adc_left != 0u) { /* never asked for: let them end */
         return;
     }
-    ADCON0 = ADC_CHANNEL_LISY; /* since the last sum, mostly: acquired long ago */
+    ADCON0 = CHANNEL_LISY; /* since the last sum, mostly: acquired long ago */
     adc_lisy_sum = 0u;
     adc_left = LISY_CONVERSIONS + 1u;
     ADCON0 |= ADCON0_GO;
@@ -42,6 +39,6 @@ uint16_t hal_adc_sum(hal_adc_channel channel)
     if (channel == HAL_ADC_LISY) {
         return adc_lisy_sum;
     }
-    ADCON0 = ADC_CHANNEL_LISY;
+    ADCON0 = CHANNEL_LISY;
     return adc_battery;
 }

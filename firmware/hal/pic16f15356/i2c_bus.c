@@ -65,46 +65,71 @@ static hal_status finish(bool good)
     return failure;
 }
 
-static bool begin(uint8_t address, uint8_t reg, uint16_t deadline_us)
+static bool lines_free(uint16_t deadline_us)
 {
     started_us = micros16();
     allowed_us = deadline_us;
     failure = HAL_STUCK;
-    if ((PORTC & PINS) != PINS) {
+    PIR3 &= (uint8_t) ~(PIR3_SSP1IF | PIR3_BCL1IF);
+    return (PORTC & PINS) == PINS;
+}
+
+/* What is left of the deadline, in polls of 0.75 us (more where interrupts come between): 0 when it is over. */
+static uint16_t polls_left(void)
+{
+    const uint16_t elapsed_us = (uint16_t)(micros16() - started_us);
+    if (elapsed_us >= allowed_us) {
+        return 0u;
+    }
+    return (uint16_t)(allowed_us - elapsed_us);
+}
+
+static bool timed_out(void)
+{
+    if ((PIR3 & PIR3_BCL1IF) == 0u) {
+        failure = HAL_TIMEOUT;
+    }
+    return false;
+}
+
+static bool selected(uint8_t address, uint8_t reg)
+{
+    const uint8_t answer = i2c_select((uint8_t)(address << 1), reg, allowed_us);
+    if (answer == I2C_REFUSED) {
+        failure = HAL_NACK;
         return false;
     }
-    PIR3 &= (uint8_t) ~(PIR3_SSP1IF | PIR3_BCL1IF);
-    SSP1CON2 |= SSPCON2_SEN;
-    return done() && sent((uint8_t)(address << 1)) && sent(reg);
+    if (answer != I2C_SELECTED || (PIR3 & PIR3_BCL1IF) != 0u) {
+        return timed_out();
+    }
+    return true;
 }
 
 static bool received(uint8_t *data, uint8_t length)
 {
-    const uint16_t elapsed_us = (uint16_t)(micros16() - started_us);
-    if (elapsed_us >= allowed_us) {
-        failure = HAL_TIMEOUT;
-        return false;
+    const uint16_t polls = polls_left();
+    if (polls == 0u) {
+        return timed_out();
     }
     chip_point_fsr1(data);
-    if (i2c_burst(length, (uint16_t)(allowed_us - elapsed_us)) == 0u) { /* a poll takes 0.75 us, more with interrupts */
-        failure = HAL_TIMEOUT;
-        return false;
+    if (i2c_burst(length, polls) == 0u) {
+        return timed_out();
     }
     return true;
 }
 
 hal_status hal_i2c_read(uint8_t address, uint8_t reg, uint8_t *data, uint8_t length, uint16_t deadline_us)
 {
-    if (!begin(address, reg, deadline_us)) {
-        return finish(false);
-    }
-    SSP1CON2 |= SSPCON2_RSEN;
-    return finish(done() && sent((uint8_t)((uint8_t)(address << 1) | 1u)) && received(data, length));
+    return finish(lines_free(deadline_us) && selected(address, reg) && received(data, length));
 }
 
 hal_status hal_i2c_write(uint8_t address, uint8_t reg, const uint8_t *data, uint8_t length, uint16_t deadline_us)
 {
-    if (!begin(address, reg, deadline_us)) {
+    if (!lines_free(deadline_us)) {
+        return finish(false);
+    }
+    SSP1CON2 |= SSPCON2_SEN;
+    if (!done() || !sent((uint8_t)(address << 1)) || !sent(reg)) {
         return finish(false);
     }
     chip_point_fsr1(data);

@@ -9,7 +9,7 @@
 
 void interrupt_served(void) CHIP_INTERRUPT
 {
-    ADC_SERVE();
+    adc_serve();
     CLOCK_SERVE();
 }
 
