@@ -22,8 +22,8 @@
 /* In order of importance. */
 enum {
     JOB_MPU = 0,    /* MPU burst, LISY300, battery; frame to the radio */
+    JOB_BNO_SEND,   /* frame of the last BNO burst, when there is room before the next MPU slot */
     JOB_BNO_READ,   /* BNO burst */
-    JOB_BNO_SEND,   /* its frame, when there is room before the next MPU slot */
     JOB_BNO_LOOK,   /* has the BNO a new sample? */
     JOB_STATUS,     /* STATUS frame */
     JOB_BNO_HEALTH, /* temperature, calibration state */
@@ -61,8 +61,9 @@ typedef struct {
     bool bno_pending;
     bool bno_failed;
     uint32_t bno_time_us;
-    frame_header header; /* of the frame; these three are here for their fixed addresses */
-    frame_mpu sample;
+    frame_header header; /* parts of the frame in the making; they are here for their fixed addresses */
+    frame_mpu mpu_body;
+    frame_bno bno_body;
     uint8_t mpu_registers[MPU_BURST];
     uint8_t frame[FRAME_SIZE];
     uint8_t bno_registers[BNO_NDOF_BURST]; /* read, not yet sent */

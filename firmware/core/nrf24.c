@@ -187,7 +187,7 @@ static void conclude_sent(nrf24 *radio, uint8_t fifo)
     radio->retransmissions = get(NRF_OBSERVE_TX) & 0x0Fu;
 }
 
-static void conclude(nrf24 *radio)
+static inline void conclude(nrf24 *radio)
 {
     uint8_t fifo = 0;
     const uint8_t status = hal_radio_read(NRF_R_REGISTER | NRF_FIFO_STATUS, &fifo, 1);
@@ -229,7 +229,7 @@ bool nrf24_busy(nrf24 *radio)
 }
 
 /* Waits until no more than `most` frames are with the chip. */
-static void wait_for(nrf24 *radio, uint8_t most)
+static inline void wait_for(nrf24 *radio, uint8_t most)
 {
     uint16_t polls = 0;
     while (nrf24_busy(radio) && radio->queued > most) {

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from programs import FLASH_WORDS, PROGRAMS, RAM_BYTES, Builder, BuildError
-from toolchain import ToolchainMissing, ensure
+from toolchain import ToolchainMissingError, ensure
 
 
 def main() -> int:
@@ -23,7 +23,7 @@ def main() -> int:
                 f"{out / built.hex.name}: {built.flash_words} of {FLASH_WORDS} words of flash, "
                 f"{built.ram_bytes} of {RAM_BYTES} bytes of RAM"
             )
-    except ToolchainMissing as reason:
+    except ToolchainMissingError as reason:
         print(f"SKIP: {reason}")
     except BuildError as error:
         print(f"firmware/pic/build: {error}", file=sys.stderr)

@@ -1,9 +1,9 @@
 """A section for each function's local variables.
 
-SDCC's pic14 port overlays the locals of functions that do not call one another, in one section for the whole file, which is
-then larger than a bank of 80 bytes. It leaves out bank selections between variables of a section, so the section cannot be
-split as it stands. No local carries a value from one function to another (arguments and results go by W and STKxx): each
-function gets locals of its own, in a section of its own.
+SDCC's pic14 port overlays the locals of functions that do not call one another, in one section for the whole file,
+which is then larger than a bank of 80 bytes. It leaves out bank selections between variables of a section, so the section
+cannot be split as it stands. No local carries a value from one function to another (arguments and results go by W and
+STKxx): each function gets locals of its own, in a section of its own.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ def own_locals(text: str) -> str:
         if used and not line.lstrip().startswith(";"):
             found = [word for word in _WORD.findall(line) if word in sizes]
             used[-1].update(dict.fromkeys(found))
-            for word in found:
-                line = re.sub(rf"\b{word}\b", f"l{len(used) - 1}{word}", line)
-        body.append(line)
+            mark = f"l{len(used) - 1}"
+            body.append(_WORD.sub(lambda m, mark=mark, found=found: (mark if m[0] in found else "") + m[0], line))
+        else:
+            body.append(line)
     sections: list[str] = []
     for number, names in enumerate(used):
         if names:

@@ -192,7 +192,9 @@ def _patch(made: Path) -> None:
 def linker_script(text: str, far_bytes: int) -> str:
     """The script without the banks that linear memory from 0x2000 on takes."""
     taken = (far_bytes + 79) // 80
-    return re.sub(r"^(DATABANK +NAME=gpr(\d+) .*)$", lambda m: "" if int(m[2]) < taken else m[1], text, flags=re.MULTILINE)
+    return re.sub(
+        r"^(DATABANK +NAME=gpr(\d+) .*)$", lambda m: "" if int(m[2]) < taken else m[1], text, flags=re.MULTILINE
+    )
 
 
 def read_hex(file: Path) -> dict[int, int]:

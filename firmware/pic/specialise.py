@@ -1,11 +1,12 @@
 """Whole-program constant propagation of pointers, which SDCC lacks, from C99 to C99.
 
-The core takes its state by pointers (`scheduler *s`), so that tests can have many of each. The chip's program has one of
-each. SDCC's pic14 port makes every access through a pointer a call of 25 cycles, a direct one takes one or two. This pass
-finds parameters and members that hold the same address at every place that sets them, drops them, and writes the
+The core takes its state by pointers (`scheduler *s`), so that tests can have many of each. The chip's program has one
+of each. SDCC's pic14 port makes every access through a pointer a call of 25 cycles, a direct one takes one or two.
+This pass finds parameters and members that hold the same address at every place that sets them, drops them, and writes the
 address's object in their stead: `s->due_us[job]` becomes `the_board_slots.due_us[job]`. Members of the split object (the
-board: too large for a bank of 80 bytes) become objects of their own. Functions that cannot be reached are left out, static
-ones get the name of their file and are no longer static, so that SDCC does not inline them into one that fills a page.
+board: too large for a bank of 80 bytes) become objects of their own. Functions that cannot be reached are left out,
+static ones get the name of their file and are no longer static, so that SDCC does not inline them into one that fills a
+page.
 
 What the pass does not understand it leaves as it is, which is slower but as right.
 """
@@ -49,10 +50,9 @@ def parse(name: str, text: str) -> Unit:
     statics = {}
     for node in unit.tree.ext:
         declaration = node.decl if isinstance(node, c_ast.FuncDef) else node
-        if isinstance(declaration, c_ast.Decl) and isinstance(declaration.type, c_ast.FuncDecl):
-            if "static" in declaration.storage and "inline" not in declaration.funcspec:
-                statics[declaration.name] = f"{name}_{declaration.name}"
-                declaration.storage.remove("static")
+        if _is_function(declaration) and "static" in declaration.storage and "inline" not in declaration.funcspec:
+            statics[declaration.name] = f"{name}_{declaration.name}"
+            declaration.storage.remove("static")
     _rename(unit.tree, statics)
     for node in unit.tree.ext:
         if isinstance(node, c_ast.FuncDef):
@@ -189,7 +189,7 @@ class Program:
         if callee is None or call.args is None:
             return False
         changed = False
-        for parameter, argument in zip(_parameters(callee), call.args.exprs):
+        for parameter, argument in zip(_parameters(callee), call.args.exprs, strict=False):
             key = (call.name.name, parameter.name)
             if key in self.parameters:
                 changed |= _meet(self.parameters, key, self.value(caller, argument))
@@ -203,10 +203,12 @@ class Program:
         return _meet(self.fields, place, self.value(function, node.rvalue))
 
     def bound(self, function: str, parameter: str) -> bool:
+        """Whether a parameter always holds the same address."""
         return bool(self.parameters.get((function, parameter)))
 
     @property
     def split_members(self) -> list[c_ast.Decl]:
+        """The members of the split object."""
         for unit in self.units:
             for node in unit.tree.ext:
                 if isinstance(node, c_ast.Typedef) and node.name == self.split.type:
@@ -279,11 +281,13 @@ class _Rewriter:
     def _drop_arguments(self, call: c_ast.FuncCall) -> None:
         dropped = self.program.dropped.get(call.name.name, [])
         if any(dropped):
-            kept = [argument for argument, drop in zip(call.args.exprs, dropped) if not drop]
+            kept = [argument for argument, drop in zip(call.args.exprs, dropped, strict=True) if not drop]
             call.args = c_ast.ExprList(kept) if kept else None
 
     def _memset_of_split(self, call: c_ast.FuncCall) -> c_ast.Node | None:
-        if call.name.name != "memset" or self.program.value(self.function, call.args.exprs[0]) != (self.program.split.name,):
+        if call.name.name != "memset" or self.program.value(self.function, call.args.exprs[0]) != (
+            self.program.split.name,
+        ):
             return None
         calls: list[c_ast.Node] = []
         for member in self.members:
@@ -326,7 +330,7 @@ def _strip_parameters(program: Program, name: str, declaration: c_ast.Decl) -> N
     arguments = declaration.type.args
     dropped = program.dropped[name]
     if arguments is not None and dropped:
-        kept = [p for p, drop in zip(arguments.params, dropped) if not drop]
+        kept = [p for p, drop in zip(arguments.params, dropped, strict=True) if not drop]
         void = c_ast.Typename(None, [], None, c_ast.TypeDecl(None, [], None, c_ast.IdentifierType(["void"])))
         declaration.type.args = c_ast.ParamList(kept or [void])
 
@@ -344,10 +348,8 @@ def _merged(program: Program) -> list[list[c_ast.Node]]:
     generator = c_generator.CGenerator()
     for node in (n for unit in program.units for n in unit.tree.ext):
         declaration = node.decl if isinstance(node, c_ast.FuncDef) else node
-        if _is_function(declaration) and declaration.name in program.functions:
-            if declaration.name not in program.reachable:
-                continue
-        if isinstance(declaration, c_ast.Decl) and declaration.name == program.split.name:
+        named = declaration.name if isinstance(declaration, c_ast.Decl) else None
+        if named == program.split.name or (named in program.functions and named not in program.reachable):
             continue
         text = generator.visit(node)
         if text in seen:

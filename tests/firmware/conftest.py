@@ -23,9 +23,9 @@ def firmware_build(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def pic_hex(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of board.hex (default profile), board_fast.hex, receiver.hex and the .map of each; skips where the tools cannot be had.
+    """Folder of board.hex (default profile), board_fast.hex, receiver.hex, and the map of each.
 
-    The first run on a machine builds the compiler (3 minutes on two cores).
+    The first run on a machine builds the compiler (3 minutes on two cores); skips where that cannot be.
     """
     folder = tmp_path_factory.mktemp("pic")
     command = [sys.executable, str(FIRMWARE / "pic" / "build.py"), "--out", str(folder)]

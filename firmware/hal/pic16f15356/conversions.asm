@@ -18,8 +18,6 @@ conversions_code	code
 
 _adc_serve:
 	banksel	PIR1
-	btfss	PIR1,ADIF
-	return
 	bcf	PIR1,ADIF
 	banksel	_adc_left
 	decf	_adc_left,F

@@ -9,7 +9,9 @@
 
 void interrupt_served(void) CHIP_INTERRUPT
 {
-    adc_serve();
+    if ((PIR1 & PIR1_ADIF) != 0u) { /* a call is a level of the stack, which has 16 */
+        adc_serve();
+    }
     CLOCK_SERVE();
 }
 
