@@ -28,11 +28,8 @@ static uint8_t config_bits(const nrf24 *radio)
     return (uint8_t)(NRF_CONFIG_CRC_16 | (radio->role == NRF24_RECEIVER ? NRF_CONFIG_PRIM_RX : 0u));
 }
 
-/* The registers besides CONFIG and the addresses, in the order in which they are written: FEATURE before DYNPD. */
+/* Values of the registers besides CONFIG and the addresses, in the order in which `configure` writes them. */
 #define SETTINGS 8u
-static const uint8_t setting_registers[SETTINGS] = {NRF_EN_AA, NRF_EN_RXADDR, NRF_SETUP_AW, NRF_SETUP_RETR,
-                                                    NRF_RF_CH, NRF_RF_SETUP,  NRF_FEATURE,  NRF_DYNPD};
-
 static void wanted_settings(const nrf24_config *config, uint8_t values[SETTINGS])
 {
     const uint8_t ack = config->auto_ack ? 1u : 0u;
@@ -55,12 +52,14 @@ static bool address_holds(const nrf24 *radio, uint8_t reg)
 
 static bool configure(nrf24 *radio)
 {
+    static const uint8_t registers[SETTINGS] = {NRF_EN_AA, NRF_EN_RXADDR, NRF_SETUP_AW, NRF_SETUP_RETR,
+                                                NRF_RF_CH, NRF_RF_SETUP,  NRF_FEATURE,  NRF_DYNPD};
     uint8_t values[SETTINGS];
     wanted_settings(radio->config, values);
     hal_radio_ce(false);
     put(NRF_CONFIG, config_bits(radio)); /* powered down while it is set up */
     for (uint8_t i = 0; i < SETTINGS; ++i) {
-        put(setting_registers[i], values[i]);
+        put(registers[i], values[i]);
     }
     put(NRF_RX_PW_P0, NRF_PAYLOAD);
     (void)hal_radio_write(NRF_W_REGISTER | NRF_TX_ADDR, radio->config->address, NRF_ADDRESS_BYTES);
@@ -70,7 +69,7 @@ static bool configure(nrf24 *radio)
     put(NRF_STATUS, NRF_STATUS_FLAGS);
     bool good = get(NRF_CONFIG) == config_bits(radio) && get(NRF_RX_PW_P0) == NRF_PAYLOAD;
     for (uint8_t i = 0; i < SETTINGS && good; ++i) {
-        good = get(setting_registers[i]) == values[i];
+        good = get(registers[i]) == values[i];
     }
     return good && address_holds(radio, NRF_TX_ADDR) && address_holds(radio, NRF_RX_ADDR_P0);
 }

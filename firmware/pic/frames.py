@@ -1,9 +1,9 @@
 """A section for each function's local variables.
 
 SDCC's pic14 port overlays the locals of functions that do not call one another, in one section for the whole file,
-which is then larger than a bank of 80 bytes. It leaves out bank selections between variables of a section, so the section
-cannot be split as it stands. No local carries a value from one function to another (arguments and results go by W and
-STKxx): each function gets locals of its own, in a section of its own.
+which is then larger than a bank of 80 bytes. It leaves out bank selections between variables of a section, so the
+section cannot be split as it stands. No local carries a value from one function to another (arguments and results go
+by W and STKxx): each function gets locals of its own, in a section of its own.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
 The core takes its state by pointers (`scheduler *s`), so that tests can have many of each. The chip's program has one
 of each. SDCC's pic14 port makes every access through a pointer a call of 25 cycles, a direct one takes one or two.
-This pass finds parameters and members that hold the same address at every place that sets them, drops them, and writes the
-address's object in their stead: `s->due_us[job]` becomes `the_board_slots.due_us[job]`. Members of the split object (the
-board: too large for a bank of 80 bytes) become objects of their own. Functions that cannot be reached are left out,
-static ones get the name of their file and are no longer static, so that SDCC does not inline them into one that fills a
-page.
+This pass finds parameters and members that hold the same address at every place that sets them, drops them, and
+writes the address's object in their stead: `s->due_us[job]` becomes `the_board_slots.due_us[job]`. Members of the
+split object (the board: too large for a bank of 80 bytes) become objects of their own. Functions that cannot be
+reached are left out, static ones get the name of their file and are no longer static, so that SDCC does not inline
+them into one that fills a page.
 
 What the pass does not understand it leaves as it is, which is slower but as right.
 """
@@ -47,6 +47,7 @@ class SpecialiseError(ValueError):
 def parse(name: str, text: str) -> Unit:
     """`text`: the preprocessed file; static functions are renamed NAME_function."""
     unit = Unit(name, c_parser.CParser().parse(text, name))
+    _mark_indices(unit.tree)
     statics = {}
     for node in unit.tree.ext:
         declaration = node.decl if isinstance(node, c_ast.FuncDef) else node
@@ -58,6 +59,17 @@ def parse(name: str, text: str) -> Unit:
         if isinstance(node, c_ast.FuncDef):
             unit.functions[node.decl.name] = node
     return unit
+
+
+def _mark_indices(tree: c_ast.Node) -> None:
+    """`[NAME] = value` of an array, which pycparser would write as `.NAME = value`."""
+    enumerators = {node.name for node in _walk(tree) if isinstance(node, c_ast.Enumerator)}
+    for node in _walk(tree):
+        if isinstance(node, c_ast.NamedInitializer):
+            node.name = [
+                c_ast.Constant("int", name.name) if isinstance(name, c_ast.ID) and name.name in enumerators else name
+                for name in node.name
+            ]
 
 
 def _rename(tree: c_ast.Node, names: dict[str, str]) -> None:

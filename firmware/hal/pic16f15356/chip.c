@@ -93,10 +93,11 @@ void chip_point_fsr1(const uint8_t *data)
     FSR1L = (uint8_t)(uint16_t)data;
     FSR1H = (uint8_t)((uint16_t)data >> 8);
 #else
-    const union {
+    static union {
         const uint8_t *pointer;
         uint8_t bytes[3]; /* low, high, 0x80 for flash: which is where the FSR has flash, too */
-    } parts = {data};
+    } parts;
+    parts.pointer = data;
     FSR1L = parts.bytes[0];
     FSR1H = (uint8_t)(parts.bytes[1] | parts.bytes[2]);
 #endif
