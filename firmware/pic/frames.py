@@ -15,6 +15,10 @@ _FUNCTION = re.compile(r"^(?:S_\w+|c_interrupt)\tcode")
 _WORD = re.compile(r"\w+")
 
 
+def _marked(line: str, names: list[str], mark: str) -> str:
+    return _WORD.sub(lambda match: f"{mark}{match[0]}" if match[0] in names else match[0], line)
+
+
 def own_locals(text: str) -> str:
     """The assembler source with the locals renamed and put into one section a function."""
     lines = text.split("\n")
@@ -34,8 +38,7 @@ def own_locals(text: str) -> str:
         if used and not line.lstrip().startswith(";"):
             found = [word for word in _WORD.findall(line) if word in sizes]
             used[-1].update(dict.fromkeys(found))
-            mark = f"l{len(used) - 1}"
-            body.append(_WORD.sub(lambda m, mark=mark, found=found: (mark if m[0] in found else "") + m[0], line))
+            body.append(_marked(line, found, f"l{len(used) - 1}"))
         else:
             body.append(line)
     sections: list[str] = []

@@ -118,7 +118,7 @@ class Builder:
         script.write_text(linker_script((HERE / "pic16f15356.lkr").read_text(), program.far_bytes))
         command = ["gplink", "-q", "-m", "-c", "-w", "-s", str(script), "-o", str(made)]
         self._run([*command, *map(str, objects), str(self.library)])
-        placed = [shutil.copy2(file, self.out / file.name) for file in (made, made.with_suffix(".map"))]
+        placed = [Path(shutil.copy2(file, self.out / file.name)) for file in (made, made.with_suffix(".map"))]
         words = read_hex(placed[0])
         return Built(
             program.name,

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass, field
+from typing import Any
 
 from pycparser import c_ast, c_generator, c_parser
 
@@ -244,7 +245,7 @@ class Program:
         return node
 
 
-def _meet(table: dict, key: object, value: Path | None) -> bool:
+def _meet(table: dict[Any, Path | None], key: object, value: Path | None) -> bool:
     if value is None or table[key] == UNKNOWN:
         return False
     new = value if table[key] in (None, value) else UNKNOWN
