@@ -227,6 +227,47 @@ static void op_btfss(pic *p, const pic_op *op)
     }
 }
 
+/* Bounded waits are much of what drivers do:
+ *
+ *     again: BTFSx register, bit      5 cycles a round; nothing but an event can change the register,
+ *            BRA out                  so the rounds until the next one are taken at once
+ *            DECFSZ counter, F
+ *            BRA again
+ */
+#define ROUND_CYCLES 5u
+#define ROUND_WORDS 4u
+
+static void take_rounds(pic *p, const pic_op *op)
+{
+    const pic_op *count = op + 2;
+    uint8_t *counter = count->k == R_WREG ? &p->w : &p->mem[here(p, count)];
+    const bool plain = count->k == R_WREG || p->kind[here(p, count)] == 0;
+    if (!plain || p->look[here(p, op)] || p->next_event <= p->cycles) {
+        return;
+    }
+    const uint64_t until_event = (p->next_event - p->cycles) / ROUND_CYCLES;
+    const uint8_t but_one = (uint8_t)(*counter - 1u); /* the last round is done word by word; 0 counts as 256 */
+    const uint8_t rounds = until_event < but_one ? (uint8_t)until_event : but_one;
+    *counter = (uint8_t)(*counter - rounds);
+    p->cycles += (uint64_t)rounds * ROUND_CYCLES;
+}
+
+static void op_wait_while_set(pic *p, const pic_op *op)
+{
+    if ((get(p, op) & op->bit) != 0) {
+        take_rounds(p, op);
+        skip(p);
+    }
+}
+
+static void op_wait_while_clear(pic *p, const pic_op *op)
+{
+    if ((get(p, op) & op->bit) == 0) {
+        take_rounds(p, op);
+        skip(p);
+    }
+}
+
 /* literals */
 static void op_addlw(pic *p, const pic_op *op) { add_w(p, op->k, p->w, 0); }
 static void op_sublw(pic *p, const pic_op *op) { add_w(p, op->k, (uint8_t)~p->w, 1); }
@@ -461,7 +502,7 @@ static void operands(pic_op *op, const encoding *e, uint16_t word)
     }
 }
 
-void pic_decode(pic_op *op, uint16_t word)
+static void decode(pic_op *op, uint16_t word)
 {
     const encoding *e = ENCODINGS;
     while ((word & e->mask) != e->word) {
@@ -472,6 +513,31 @@ void pic_decode(pic_op *op, uint16_t word)
     op->bit = 0;
     op->n = 0;
     operands(op, e, word);
+}
+
+static void find_waits(pic *p)
+{
+    for (unsigned i = 0; i + ROUND_WORDS <= PIC_WORDS; ++i) {
+        pic_op *op = &p->code[i];
+        const bool loops = op[1].run == op_bra && op[2].run == op_decfsz && op[2].bit == 1u && op[3].run == op_bra &&
+                           op[3].k == (uint16_t)(0u - ROUND_WORDS);
+        if (loops && op->run == op_btfss) {
+            op->run = op_wait_while_set;
+        } else if (loops && op->run == op_btfsc) {
+            op->run = op_wait_while_clear;
+        } else {
+            /* any other instruction */
+        }
+    }
+}
+
+void pic_program(pic *p)
+{
+    for (unsigned i = 0; i < PIC_WORDS; ++i) {
+        p->words[i] &= 0x3FFFu;
+        decode(&p->code[i], p->words[i]);
+    }
+    find_waits(p);
 }
 
 static void instruction(pic *p)

@@ -5,9 +5,8 @@
 #include "pic.h"
 #include "registers.h"
 
-void pic_decode(pic_op *op, uint16_t word); /* core.c */
-void pic_push(pic *p, uint16_t target);
-void pic_map_memory(pic *p); /* memory.c */
+void pic_push(pic *p, uint16_t target); /* core.c */
+void pic_map_memory(pic *p);            /* memory.c */
 
 /* system.c: events, interrupts, clock, watchdog */
 void pic_at(pic *p, pic_event event, uint64_t cycles);

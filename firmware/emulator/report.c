@@ -125,9 +125,10 @@ void report_print(const run_report *r)
         print_frames(r);
     } else {
         printf("frames sent to it %zu, refused %" PRIu64 "; line: %" PRIu64 " packets, unsound %" PRIu64
-               ", missing %" PRIu64 ", latest %.2f ms after its sending, %.0f baud\n",
+               ", missing %" PRIu64 ", out %.2f to %.2f ms after their sending, %.0f baud\n",
                r->world->frames.count, r->world->frames_refused, r->line.packets, r->line.unsound, r->line.missing,
-               (double)r->line.longest_ns * 1e-6, r->line.baud_ns > 0 ? 1e10 / (double)r->line.baud_ns : 0.0);
+               (double)r->line.shortest_ns * 1e-6, (double)r->line.longest_ns * 1e-6,
+               r->line.baud_ns > 0 ? 1e10 / (double)r->line.baud_ns : 0.0);
     }
     printf("stack: %u of %u levels; resets:", p->deepest, PIC_STACK);
     for (unsigned i = 0; i < RESETS; ++i) {

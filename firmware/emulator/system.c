@@ -327,14 +327,6 @@ void pic_init(pic *p, struct outside *outside)
     pic_map_memory(p);
 }
 
-void pic_program(pic *p)
-{
-    for (unsigned i = 0; i < PIC_WORDS; ++i) {
-        p->words[i] &= 0x3FFFu;
-        pic_decode(&p->code[i], p->words[i]);
-    }
-}
-
 /* registers */
 
 static void set_oscillator(pic *p)

@@ -136,6 +136,7 @@ static void see_packet(line_tally *t, const growing *sent, size_t *next, const u
     *next = at + 1u;
     const uint64_t took = end_ns - items[at].ns;
     t->longest_ns = took > t->longest_ns ? took : t->longest_ns;
+    t->shortest_ns = t->shortest_ns == 0 || took < t->shortest_ns ? took : t->shortest_ns;
 }
 
 void tally_line(line_tally *t, const growing *sent, const growing *bytes)
@@ -152,7 +153,7 @@ void tally_line(line_tally *t, const growing *sent, const growing *bytes)
             packet[size % sizeof packet] = items[i].byte;
             ++size;
         } else {
-            see_packet(t, sent, &next, packet, size, items[i].ns);
+            see_packet(t, sent, &next, packet, size, items[i].ns + t->baud_ns);
             size = 0;
         }
     }

@@ -28,9 +28,10 @@ typedef struct {
 typedef struct {
     uint64_t packets;
     uint64_t unsound;
-    uint64_t missing;    /* sent, but not in the line */
-    uint64_t longest_ns; /* from a frame's sending to its last byte */
-    uint64_t baud_ns;    /* shortest distance of two bytes */
+    uint64_t missing;     /* sent, but not in the line */
+    uint64_t shortest_ns; /* from a frame's handing over to the distant radio to the end of its last byte */
+    uint64_t longest_ns;
+    uint64_t baud_ns; /* shortest distance of two bytes */
 } line_tally;
 
 void tally_count(tally *t, const growing *frames);

@@ -435,6 +435,51 @@ static void test_oscillator(void **state)
     assert_int_equal(pic_ns(&chip) - later, 999000000);
 }
 
+/* 2: BTFSC 5F, 0; BRA out; DECFSZ WREG, F; BRA 2: the bit is never set. */
+static void test_waits_take_their_time(void **state)
+{
+    (void)state;
+    const uint16_t words[] = {0x3000 | 100, NOP, 0x185F, 0x3202, 0x0B89, 0x33FC, 0x0000, 0x2807};
+    memcpy(chip.words, words, sizeof words);
+    power_on();
+    const uint64_t from = chip.cycles;
+    while (chip.pc != 7u) {
+        pic_step(&chip);
+    }
+    assert_int_equal(chip.w, 0);
+    assert_int_equal(chip.cycles - from, 2u + 99u * 5u + 2u + 2u + 1u); /* the last DECFSZ skips */
+    const uint16_t out[] = {0x3000 | 100, NOP, 0x181F, 0x3202, 0x0B89, 0x33FC, 0x0000, 0x2807};
+    memcpy(chip.words, out, sizeof out);
+    power_on();
+    pic_write(&chip, R_ADCON1, 0xA0);
+    chip.mem[0x1F] = 0; /* an address where the chip has nothing: looked at each time */
+    const uint64_t again = chip.cycles;
+    while (chip.pc != 7u) {
+        pic_step(&chip);
+    }
+    assert_int_equal(chip.cycles - again, 2u + 99u * 5u + 2u + 2u + 1u);
+    assert_int_equal(chip.stray_total, 100);
+}
+
+static void test_a_wait_ends_with_its_event(void **state)
+{
+    (void)state;
+    /* MOVLB 14; MOVLW 255; BTFSC PIR1, 0; BRA out; DECFSZ WREG, F; BRA 2; (out) BRA self */
+    const uint16_t words[] = {0x014E, 0x30FF, 0x180D, 0x3202, 0x0B89, 0x33FC, 0x33FF};
+    memcpy(chip.words, words, sizeof words);
+    power_on();
+    pic_write(&chip, R_ADCON1, 0xA0);
+    pic_write(&chip, R_ADCON0, 0x01);
+    pic_write(&chip, R_ADCON0, 0x03); /* 92 cycles */
+    const uint64_t from = chip.cycles;
+    while (chip.pc != 6u) {
+        pic_step(&chip);
+    }
+    /* MOVLB, MOVLW, then 18 rounds of 5 end at 92: the 19th test reads at 93 and sees it; BTFSC and BRA take 3 more */
+    assert_int_equal(chip.cycles - from, 2u + 18u * 5u + 3u);
+    assert_int_equal(chip.w, 255 - 18);
+}
+
 static void test_idle_until_an_interrupt(void **state)
 {
     (void)state;
@@ -470,6 +515,8 @@ int main(void)
         cmocka_unit_test_setup(test_banks, set_up),
         cmocka_unit_test_setup(test_ports_and_their_lock, set_up),
         cmocka_unit_test_setup(test_oscillator, set_up),
+        cmocka_unit_test_setup(test_waits_take_their_time, set_up),
+        cmocka_unit_test_setup(test_a_wait_ends_with_its_event, set_up),
         cmocka_unit_test_setup(test_idle_until_an_interrupt, set_up),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
