@@ -247,9 +247,9 @@ static bool write_json(const run_report *r)
                   t->failed, t->overruns, t->restarts);
     (void)fprintf(file,
                   ", \"line\": {\"packets\": %" PRIu64 ", \"unsound\": %" PRIu64 ", \"missing\": %" PRIu64
-                  ", \"refused\": %" PRIu64 ", \"longest_ms\": %.3f}",
+                  ", \"refused\": %" PRIu64 ", \"shortest_ms\": %.3f, \"longest_ms\": %.3f}",
                   r->line.packets, r->line.unsound, r->line.missing, r->world->frames_refused,
-                  (double)r->line.longest_ns * 1e-6);
+                  (double)r->line.shortest_ns * 1e-6, (double)r->line.longest_ns * 1e-6);
     (void)fprintf(file, ", \"undelivered\": %" PRIu64 ", \"attempts\": %" PRIu64 ", \"mpu_late_us\": %" PRIu32,
                   r->world->air.undelivered, r->world->air.attempts, t->mpu_late_us);
     (void)fprintf(file,

@@ -14,6 +14,7 @@ from tests.firmware.build import build, build_folder
 from tests.firmware.host_board import FAILED, MPU, STATUS, Frame, lost, of_type, uncobs
 
 from gsense_driver.pipeline import Pipeline, PipelineSettings
+from gsense_driver.transport import transport_delay
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
@@ -21,7 +22,7 @@ FAST, DEFAULT = "board_fast.hex", "board.hex"  # 500 + 100 Hz; 200 + 100 Hz
 SECONDS = 8.0
 WORST_US = 2000.0
 MPU_ADDRESS, BNO_ADDRESS = 0x68, 0x28
-AIR_US = 300.0  # a frame is heard 295 us after it begins, if it need not wait
+HEARD_AFTER_S = 294.5e-6  # a frame is received, after the radio has it: settling and 329 bits at 2 Mbit/s
 POWER_ON, BROWN_OUT, WATCHDOG = 1, 2, 3
 
 FAULTS: dict[str, tuple[str, ...]] = {
@@ -82,6 +83,11 @@ def run(emulator: Path, folder: Path, program: Path, *arguments: str, seconds: f
 @pytest.fixture(scope="module")
 def board(emulator: Path, pic_hex: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
     return run(emulator, tmp_path_factory.mktemp("board"), pic_hex / FAST, "--profile")
+
+
+@pytest.fixture(scope="module")
+def receiver(emulator: Path, pic_hex: Path, tmp_path_factory: pytest.TempPathFactory) -> Run:
+    return run(emulator, tmp_path_factory.mktemp("receiver"), pic_hex / "receiver.hex", "--receiver", seconds=5)
 
 
 @pytest.fixture(scope="module")
@@ -158,21 +164,30 @@ def test_frames_hold_what_the_sensors_gave_at_their_time(board: Run) -> None:
         assert frame.raw[8:26] == bno[at]
 
 
-def test_frames_leave_at_once(board: Run) -> None:
-    """From the read to the last bit on the air: what the driver's transport delay has to know of."""
-    delay = sorted(ns / 1000 - frame.time_us for ns, frame in board.heard if frame.type == MPU)
-    print(f"MPU frame: heard {delay[0]:.0f} to {delay[-1]:.0f} us after its time, median {delay[len(delay) // 2]:.0f}")
-    assert delay[-1] < 2 * WORST_US
-
-
-def test_receiver_passes_every_frame_on(emulator: Path, pic_hex: Path, tmp_path: Path) -> None:
-    got = run(emulator, tmp_path, pic_hex / "receiver.hex", "--receiver", seconds=5)
-    print(got.text)
-    assert got.code == 0, got.report["fault"]
-    packets = got.serial.split(b"\0")[:-1]
-    assert [uncobs(packet) for packet in packets] == [frame.raw for frame in got.frames]
+def test_receiver_passes_every_frame_on(receiver: Run) -> None:
+    print(receiver.text)
+    assert receiver.code == 0, receiver.report["fault"]
+    packets = receiver.serial.split(b"\0")[:-1]
+    assert [uncobs(packet) for packet in packets] == [frame.raw for frame in receiver.frames]
     assert len(packets) > 2200  # 600 frames/s, from 1 s on
-    assert got.report["line"]["longest_ms"] < 10
+    assert receiver.report["line"]["longest_ms"] < 3
+
+
+def test_receiver_keeps_up_with_its_target_at_least(emulator: Path, pic_hex: Path, tmp_path: Path) -> None:
+    got = run(emulator, tmp_path, pic_hex / "receiver.hex", "--receiver", "--frames-per-s", "700", seconds=3)
+    assert got.code == 0, got.report["fault"]
+
+
+def test_driver_knows_the_delay(board: Run, receiver: Run) -> None:
+    """From the start of the MPU's read to the last serial byte: what `transport_delay` computes."""
+    mpu = {data: ns for ns, address, reg, data in board.bursts if (address, reg) == (MPU_ADDRESS, 0x3B)}
+    heard = sorted((ns - mpu[frame.raw[8:22]]) / 1e9 for ns, frame in board.heard if frame.type == MPU)
+    assert heard[-1] - heard[0] < 200e-6
+    line = receiver.report["line"]
+    passed_on = (line["shortest_ms"] + line["longest_ms"]) / 2e3 - HEARD_AFTER_S
+    delay = heard[len(heard) // 2] + passed_on
+    print(f"MPU frame: heard after {heard[len(heard) // 2] * 1e3:.2f} ms, out after {delay * 1e3:.2f} ms")
+    assert delay == pytest.approx(transport_delay(460800), abs=150e-6)
 
 
 @pytest.mark.parametrize("name", FAULTS)
