@@ -30,4 +30,4 @@ def delays_by_type(mpu_delay: float) -> dict[int, float]:
     """
     if mpu_delay <= 0.0:
         return dict.fromkeys(_READ_S, 0.0)
-    return {frame_type: max(0.0, mpu_delay + read - _READ_S[TYPE_MPU]) for frame_type, read in _READ_S.items()}
+    return {frame_type: max(0.0, mpu_delay + (read - _READ_S[TYPE_MPU])) for frame_type, read in _READ_S.items()}
