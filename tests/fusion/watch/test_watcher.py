@@ -8,7 +8,7 @@ from tests.fusion.watch.live import Shift, first_alarm, watch
 from tests.study.simulator.parameters import Disturbance
 
 from gsense_fusion.compensation import ReferenceTerm
-from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
@@ -53,6 +53,6 @@ def test_a_true_rotation_that_the_file_knows_belongs_to_the_prediction() -> None
     turned = Mounting(np.array([0.0, 0.0, 1.0]), np.array([-1.0, 0.0, 0.0]))
     drivers = Drivers(motion, turned, None, None, np.array([0.0, 1.0]))
     term = ReferenceTerm("rail_curvature", {"t": (0.0, 2e-3, 0.0), "u": (0.0, 0.0, 0.0)})
-    rate = true_rate([term], drivers, CATALOGUE)
+    rate = true_rate([term], drivers, REGRESSED)
     assert rate[:, 1] == pytest.approx(-2e-3 * velocity)  # the board is turned: so is the axis
     assert rate[:, [0, 2]] == pytest.approx(0.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gsense_fusion.compensation import ReferenceTerm
-from gsense_fusion.identification.effects import CATALOGUE
+from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers, Effect
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
@@ -86,7 +86,7 @@ class Watcher:
     """Keeps the window and the alarms."""
 
     settings: WatchSettings = field(default_factory=WatchSettings)
-    catalogue: Sequence[Effect] = CATALOGUE
+    catalogue: Sequence[Effect] = REGRESSED
     reference: Sequence[ReferenceTerm] = ()
     """True rotations that the model knows."""
 
