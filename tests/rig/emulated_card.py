@@ -7,6 +7,7 @@ address. `advance` lets a simulated rail move under the pins' levels, and watche
 
 import mmap
 import os
+import time
 from dataclasses import dataclass, field
 
 from gsense_rig.hardware.interface import MotorOutput
@@ -246,6 +247,27 @@ def emulated_rail(root, **options):
     place = make_tree(root)
     card = EmulatedCard(SimRail(**rail_options), **options)
     return card, CardRailSpec(EmulatedPlace(place.uio_class, place.devices, card), card.wiring)
+
+
+class LiveCard(EmulatedCard):
+    """Runs by the wall clock: each access finds the rail where it is by then."""
+
+    def read(self, region, offset, width):
+        self.advance(time.monotonic())
+        return super().read(region, offset, width)
+
+    def write(self, region, offset, value):
+        self.advance(time.monotonic())
+        super().write(region, offset, value)
+
+
+@dataclass(frozen=True)
+class LivePlace(CardPlace):
+    """For processes: each has a card of its own; what is in the registers they share, by the fake device's file."""
+
+    def open(self):
+        card = LiveCard(SimRail(seed=3, position=-0.1, time=time.monotonic()))
+        return Windows(*(EmulatedWindow(card, k, w) for k, w in enumerate(super().open())))
 
 
 def page_of(root, index):

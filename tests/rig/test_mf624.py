@@ -1,21 +1,28 @@
 """The MF624's driver on an emulated register file, and the whole loop on it with a simulated rail on its terminals."""
 
 import os
+import signal
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
-from tests.rig.emulated_card import emulated_rail, make_tree, page_of
+from tests.rig.emulated_card import LivePlace, emulated_rail, make_tree, page_of
+from tests.rig.test_guard import alive, children, wait_for
 
 from gsense_rig.hardware.interface import HardwareError, MotorOutput
 from gsense_rig.hardware.mf624 import CardRailSpec, Wiring, find_card, load_wiring
 from gsense_rig.hardware.mf624.card import PWM_STEPS
+from gsense_rig.loop.client import LoopProcess
 from gsense_rig.loop.messages import DriveSine, Home
 from gsense_rig.loop.parameters import LoopParameters
 from gsense_rig.loop.rig_loop import RigLoop
 from gsense_rig.loop.simulated import VirtualClock
+from gsense_rig.loop.spec import ProcessSpec
 from gsense_rig.plant import PlantParameters
-from gsense_rig.safety.guard import Guard
+from gsense_rig.safety.guard import Guard, GuardLimits
 from gsense_rig.safety.modes import Fault, Mode
+from gsense_rig.safety.monitor import SafetyLimits
 
 OFF = MotorOutput(0.0, True, 0)
 
@@ -222,6 +229,46 @@ def test_guards_own_handle_brakes_the_card_when_the_loop_is_silent(tmp_path):
     assert highest < 6.5
     assert clock.card.rail.output.disabled
     assert clock.card.violations == []
+
+
+@pytest.fixture
+def live(tmp_path, monkeypatch):
+    """The loop process on an emulated card, homing; patient, since the machine may be busy."""
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(Path(__file__).resolve().parents[2]), *sys.path]))
+    place = make_tree(tmp_path)
+    card = CardRailSpec(LivePlace(place.uio_class, place.devices))
+    parameters = LoopParameters(safety=SafetyLimits(deadline=5.0))
+    telemetry = []
+    loop = LoopProcess(ProcessSpec(parameters, guard=GuardLimits(timeout=2.0), card=card), telemetry.append)
+    loop.wait_ready()
+    _, result = loop.request(Home(loop.next_id()))
+    wait_for(lambda: any(abs(t.velocity) > 0.2 for t in telemetry))
+    yield loop, telemetry, result
+    loop.close()
+
+
+def registers(root):
+    """DOUT's levels and the PWM counter's mode, as the processes left them in the device's file."""
+    return page_of(root, 1).read16(0x10), page_of(root, 2).read32(0)
+
+
+@pytest.mark.slow
+def test_loop_process_on_the_card_leaves_it_disabled_and_dark(live, tmp_path):
+    loop, telemetry, result = live
+    wait_for(lambda: telemetry[-1].mode != Mode.HOMING)
+    assert telemetry[-1].mode in (Mode.IDLE, Mode.FAULT), telemetry[-1].fault_text  # a busy machine may spoil homing
+    assert result.done()
+    assert loop.close() == 0
+    assert registers(tmp_path) == (1 << Wiring().disable, 0x20)
+
+
+@pytest.mark.slow
+def test_loop_process_killed_the_guard_writes_the_registers(live, tmp_path):
+    loop, _, _ = live
+    guard = children(loop.pid)[0]
+    os.kill(loop.pid, signal.SIGKILL)
+    wait_for(lambda: not alive(guard))
+    assert registers(tmp_path) == (1 << Wiring().disable | 1 << Wiring().red, 0x20)
 
 
 def test_card_pulled_out_in_mid_run_is_a_fault(tmp_path):

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from gsense_rig.loop.spec import ProcessSpec, SensorFeed
 
 SIMULATED_SILENCE = 2.0  # s that a guard of the simulated rail may be held up; its time stands still with the loop's
-CARD_SILENCE = 0.02  # s
+CARD_PATIENCE = 1.3  # of the guard's own patience with the loop
 _PRIORITY = 50  # of SCHED_FIFO
 
 
@@ -30,7 +30,7 @@ class SimulatedSource:
         self._feed: SensorFeed | None = spec.feed_factory() if spec.feed_factory is not None else None
         fd, self._memory = share(spec.memory)
         guarded = SharedRailSpec(fd, spec.seed, spec.parameters.plant)
-        self.guard = GuardLink(guarded, spec.parameters.model, silence=SIMULATED_SILENCE)
+        self.guard = GuardLink(guarded, spec.parameters.model, spec.guard, SIMULATED_SILENCE)
         self._rail: SimRail | None = None
 
     def open(self, start: float) -> tuple[RigLoop, RailHardware]:
@@ -66,7 +66,7 @@ class CardSource:
         if spec.card is None:
             raise ValueError("no card in the process's specification")
         self._spec, self._card = spec, spec.card
-        self.guard = GuardLink(spec.card, spec.parameters.model, silence=CARD_SILENCE)
+        self.guard = GuardLink(spec.card, spec.parameters.model, spec.guard, CARD_PATIENCE * spec.guard.timeout)
 
     def open(self, start: float) -> tuple[RigLoop, RailHardware]:  # noqa: ARG002 - the simulation's needs it
         """Open the card and make the loop."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from gsense_rig.loop.guard_link import GuardedRailSpec
 from gsense_rig.loop.parameters import LoopParameters
+from gsense_rig.safety.guard import GuardLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,6 +51,7 @@ class ProcessSpec:
     seed: int = 0
     position: float | None = None  # m, start position of the simulated carriage; None: drawn
     telemetry_every: int = 3  # ticks
+    guard: GuardLimits = field(default_factory=GuardLimits)
     card: CardSpec | None = None  # the real rail's card; None: the simulated rail
     memory: Path | None = None  # file for the simulated rail's memory, to be looked at afterwards; None: anonymous
     feed_factory: Callable[[], SensorFeed] | None = None  # a module's function, or a functools.partial of one
