@@ -54,7 +54,7 @@ class FusionNode(Node):
         self._covariance = {known: uncertainty.covariance(heading_known=known) for known in (False, True)}
         self._told = ""
         self._malformed = 0
-        # as bytes: converting messages into Python objects and back would cost ten times the filters
+        # as bytes: spares the conversion of messages into Python objects and back
         self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS, raw=True)
         self.create_subscription(Temperature, f"{self.sensor}/temperature", self._on_temperature, _QOS)
         self.create_subscription(BatteryState, "battery", self._on_battery, 10)
