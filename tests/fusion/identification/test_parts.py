@@ -15,7 +15,9 @@ from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.bags.run import ImuSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
-from gsense_fusion.identification.integrity import clean_runs, grid_index
+from gsense_fusion.identification.effects.g_resonance import resonant
+from gsense_fusion.identification.effects.reversals import rock_rate
+from gsense_fusion.identification.integrity import clean_runs, clipped, grid_index
 from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.noise import fit_noise
 from gsense_fusion.identification.stillness import distinct_poses, expand_still, still_stretches
@@ -183,3 +185,31 @@ def test_hand_held_poses_and_too_few_are_refused() -> None:
         expand_still(clean_runs([(_poses(0.4), Role.FIT)]))
     with pytest.raises(IdentificationError, match="4 distinct still poses"):
         expand_still(clean_runs([(_poses(0.0, 4), Role.FIT)]))
+
+
+def test_clipping_is_seen_at_a_full_scale_only() -> None:
+    rate = np.radians(400.0) * np.sin(np.linspace(0, 60, 3000))[:, None] * np.array([1.0, 2.0, 0.1])
+    force = np.tile([0.0, 0.0, 9.81], (3000, 1))
+    limit = np.radians(500.0)
+    found = clipped(np.clip(rate, -limit, limit), force, (0, 1, 2))
+    assert [(c.effect, c.axis, c.unit) for c in found] == [("gyro_clipping", 1, "rad/s")]
+    assert found[0].level == pytest.approx(limit)
+    assert not clipped(rate, force, (0, 1, 2))
+    assert clipped(rate, np.clip(force * 3, -2 * 9.80665, 2 * 9.80665), (0,))[0].effect == "accel_clipping"
+
+
+def test_a_resonance_far_above_the_drive_is_the_acceleration_itself() -> None:
+    t = np.arange(0, 20, 0.005)
+    a = np.sin(2 * np.pi * t) * np.hanning(len(t))
+    assert np.abs(resonant(t, a, 45.0, 0.1) - a).max() < 0.01
+    quarter = resonant(t, a, 1.0, 0.5)  # at the resonance: a quarter of a period late, 1 / (2 damping) as large
+    assert np.corrcoef(quarter[400:-400], np.roll(a, 50)[400:-400])[0, 1] > 0.995
+
+
+def test_a_reversal_turns_by_twice_the_play() -> None:
+    t = np.arange(0, 30, 0.01)
+    s, v = 0.15 * np.sin(2 * t), 0.3 * np.cos(2 * t)
+    angle = np.cumsum(rock_rate(t, s, v, 3e-4)) * 0.01
+    between = angle[(np.abs(s) < 0.1) & (t > 1)]
+    assert np.ptp(between) == pytest.approx(2.0, abs=0.05)
+    assert np.abs(np.abs(between - between.mean()) - 1.0).max() < 0.1

@@ -29,7 +29,7 @@ from gsense_fusion.identification.predict import Prediction, Predictor, session_
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection, refinement_variance, template_stderr
 from gsense_fusion.identification.sufficiency import Symptom
-from gsense_fusion.identification.types import AXES, Parameter
+from gsense_fusion.identification.types import AXES, Owner, Parameter
 
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
@@ -198,7 +198,37 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
                 source=effect.source,
             )
         )
-    return (*out, *_noise_findings(a, steps[-1]))
+    return (*out, *_noise_findings(a, steps[-1]), *_clipping_findings(a, steps[-1]))
+
+
+def _clipping_findings(a: Analysis, last: str) -> list[Finding]:
+    """Axes that reached their full scale: nothing can be subtracted, the scale has to be set wider."""
+    out = []
+    rms = band_rms(a.folds, last, 0.4 * a.campaign.rate_hz)
+    for name in dict.fromkeys(x.effect for c in a.clean for x in c.clipped):
+        hits = [x for c in a.clean for x in c.clipped if x.effect == name]
+        level = max(x.level for x in hits)
+        parameters = {
+            "level": Parameter(level, 0.0, hits[0].unit),
+            "samples": Parameter(float(sum(x.samples for x in hits)), 0.0, "1"),
+        }
+        axes = tuple(x for i, x in enumerate(AXES) if any(h.axis == i for h in hits))
+        out.append(
+            Finding(
+                effect=name,
+                owner=Owner.SENSOR,
+                axes=axes,
+                parameters=parameters,
+                p_value=0.0,
+                rate_rms_before=rms,
+                rate_rms_after=rms,
+                alternatives=(),
+                separating_run=None,
+                equation="min(max(x, -level), level)",
+                source="full scale of the sensor's range setting",
+            )
+        )
+    return out
 
 
 def _noise_findings(a: Analysis, last: str) -> list[Finding]:

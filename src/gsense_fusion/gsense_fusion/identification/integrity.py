@@ -12,13 +12,27 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gsense_fusion.bags.run import Run, ScalarSeries
-from gsense_fusion.identification.types import BoolArray, FloatArray, IdentificationError, IntArray, Role
+from gsense_fusion.identification.types import GRAVITY, BoolArray, FloatArray, IdentificationError, IntArray, Role
 
 SESSION_GAP_S = 60.0
 MIN_SAMPLES = 200
 LONGEST_RAIL_M = 10.0
 MIN_CLIPPED = 5
 FULL_SCALES_DEG_S = (125.0, 250.0, 300.0, 500.0, 1000.0, 2000.0)
+FULL_SCALES_G = (2.0, 4.0, 8.0, 16.0)
+
+
+@dataclass(frozen=True)
+class Clipped:
+    """An axis of a run that reached its full scale."""
+
+    effect: str
+    """gyro_clipping or accel_clipping."""
+    axis: int
+    level: float
+    """rad/s or m/s^2, as `unit` says."""
+    samples: int
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -51,6 +65,7 @@ class CleanRun:
     """Die temperature on the grid in degrees Celsius, smoothed, shape (n,)."""
     unit_id: str | None = None
     notes: tuple[str, ...] = ()
+    clipped: tuple[Clipped, ...] = ()
     supply: FloatArray | None = None
     """Supply voltage on the grid in V, running means over five readings, shape (n,)."""
 
@@ -129,7 +144,8 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         pose=None if run.pose is None else run.pose.position,
         temperature=_smooth(run.temperature, epoch_ns, time),
         unit_id=run.unit_id,
-        notes=run.notes + _clipping_notes(imu.angular_rate, axes),
+        notes=run.notes,
+        clipped=clipped(imu.angular_rate, imu.specific_force, axes),
         supply=_running_mean(run.battery, epoch_ns, time),
     )
 
@@ -190,12 +206,16 @@ def _running_mean(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) 
     return np.asarray(np.interp(time, (series.stamp_ns - epoch_ns) * 1e-9, mean), dtype=float)
 
 
-def _clipping_notes(rate: FloatArray, axes: tuple[int, ...]) -> tuple[str, ...]:
-    notes = []
-    for axis in axes:
-        peak = float(np.max(np.abs(rate[:, axis])))
-        at_peak = int(np.sum(np.abs(rate[:, axis]) >= peak * (1 - 1e-9)))
-        near_scale = any(abs(np.degrees(peak) / scale - 1.0) < 0.01 for scale in FULL_SCALES_DEG_S)
-        if at_peak >= MIN_CLIPPED and near_scale:
-            notes.append(f"gyro {'xyz'[axis]} clipped at {np.degrees(peak):.0f} deg/s on {at_peak} samples")
-    return tuple(notes)
+def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple[Clipped, ...]:
+    """Axes whose extreme value is a full scale and is reached again and again."""
+    looks = [("gyro_clipping", i, rate[:, i], np.radians(FULL_SCALES_DEG_S), "rad/s") for i in axes]
+    looks += [("accel_clipping", i, force[:, i], GRAVITY * np.array(FULL_SCALES_G), "m/s^2") for i in range(3)]
+    out = []
+    for effect, axis, series, scales, unit in looks:
+        if not np.isfinite(series).all():
+            continue
+        peak = float(np.max(np.abs(series)))
+        samples = int(np.sum(np.abs(series) >= peak * (1 - 1e-9)))
+        if samples >= MIN_CLIPPED and np.any(np.abs(peak / scales - 1.0) < 0.01):
+            out.append(Clipped(effect, axis, peak, samples, unit))
+    return tuple(out)
