@@ -92,7 +92,10 @@ def _poses(seed: int, scores: Scores) -> None:
     _add(scores, "bias, poses", found.bias.value - (s.bias + drift - g @ s.accel_bias), found.bias.stderr)
     if cyclic:
         _add(
-            scores, "k, poses of a cyclic sensor", found.k.value - np.mean([g[0, 1], g[1, 2], g[2, 0]]), found.k.stderr
+            scores,
+            "k, poses" + ("" if site is None else " at a known latitude"),
+            found.k.value - np.mean([g[0, 1], g[1, 2], g[2, 0]]),
+            found.k.stderr,
         )
     accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit))
     if isinstance(accelerometer, AccelerometerCalibration):

@@ -13,6 +13,7 @@ class CyclicK(Effect):
     """The thesis's one number: k [f_y, f_z, f_x]."""
 
     name = "cyclic_k"
+    slow = True
     owner = Owner.SENSOR
     equation = "k [f_y, f_z, f_x]"
     source = "thesis eq. 7.4"
@@ -50,6 +51,7 @@ class Squares(_Powers):
     """matrix @ [f_x^2, f_y^2, f_z^2]: with G the thesis's 18 numbers, read one way."""
 
     name = "squares"
+    slow = True
     owner = Owner.SENSOR
     equation = "M [f_x^2, f_y^2, f_z^2]"
     source = "IEEE Std 1431; Groves ch. 4"
@@ -61,6 +63,7 @@ class Cubes(_Powers):
     """matrix @ [f_x^3, f_y^3, f_z^3]: with G and the squares a polynomial of the third order."""
 
     name = "cubes"
+    slow = True
     owner = Owner.SENSOR
     equation = "M [f_x^3, f_y^3, f_z^3]"
     source = "the thesis's proposal of a higher order"
@@ -77,6 +80,7 @@ class EarthVertical(Effect):
     source = "thesis eq. 2.1"
     parameters = spec("e", "rad/s", 7e-5)
     dynamic = False
+    slow = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the accelerometer."""
