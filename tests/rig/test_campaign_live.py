@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import signal
 import sys
@@ -14,6 +15,7 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from rich.console import Console
 
 from gsense_rig.campaign.crew import CampaignError, LinkFigures, RunOutcome, Show
 from gsense_rig.campaign.index import checksum
@@ -249,3 +251,18 @@ def test_a_person_is_asked_in_words_and_must_be_there() -> None:
 
     with pytest.raises(CampaignError, match="nobody is at the terminal"):
         Person(nobody).turn("90")
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_tells_run_and_time_left(terminal: bool) -> None:
+    pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
+    from gsense_rig.campaign.command import Bar
+
+    text = io.StringIO()
+    bar = Bar(5, Console(file=text, force_terminal=terminal, width=120))
+    for what in ("turn the board", "in motion"):
+        bar.show(Step(3, 5, PLAN.runs[1], what, 100.4))
+    bar.close()
+    assert "run_03 of 5: sine 5 rad/s, mounting 0, " in text.getvalue()
+    assert "1:40 left" in text.getvalue() or "1:39 left" in text.getvalue()
+    assert ("in motion" in text.getvalue()) == terminal

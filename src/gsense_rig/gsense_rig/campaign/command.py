@@ -11,13 +11,15 @@ import shutil
 import signal
 import sys
 import tempfile
+import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
+from rich.text import Text
 
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
@@ -42,7 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         plan = load_plan(options.plan)
         with ExitStack() as stack:
             rig = _crew(options, stack)
-            bar = _Bar(len(plan.runs))
+            bar = Bar(len(plan.runs))
             stack.callback(bar.close)
             rig.operator = rig.operator or Person(bar.ask)
             begun = True
@@ -110,20 +112,16 @@ def _crew(options: argparse.Namespace, stack: ExitStack) -> LiveRig:
     return rig
 
 
-class _Bar:
+class Bar:
     """Progress with the time that is left, on stderr; a line for each run where that is no terminal."""
 
-    def __init__(self, total: int) -> None:
-        self._console = Console(stderr=True)
-        columns = (
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[left]}"),
-        )
+    def __init__(self, total: int, console: Console | None = None) -> None:
+        self._console = console or Console(stderr=True)
+        columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Left())
         self._progress = Progress(*columns, console=self._console, transient=True)
-        self._task = self._progress.add_task("", total=total, left="")
+        self._task = self._progress.add_task("", total=total, end=None)
         self._told = ""
+        self._end = 0.0
         if self._console.is_terminal:
             self._progress.start()
 
@@ -136,12 +134,16 @@ class _Bar:
         """Where the campaign is."""
         run = step.run
         motion = run.shape if run.shape == "static" else f"{run.shape} {run.angular_frequency:g} rad/s"
-        left = f"{step.remaining / 60.0:.0f} min left"
-        text = f"run {step.number} of {step.total}: {motion}, mounting {run.mounting}"
+        text = f"run_{step.number:02d} of {step.total}: {motion}, mounting {run.mounting}"
+        if text != self._told:
+            self._end = time.monotonic() + step.remaining
         if self._console.is_terminal:
-            self._progress.update(self._task, completed=step.number, description=f"{text}, {step.what}", left=left)
+            self._told = text
+            what = f"{text}, {step.what}"
+            self._progress.update(self._task, completed=step.number, description=what, end=self._end)
         elif self._told != text or step.what.startswith("again"):
             self._told = text
+            left = _minutes(step.remaining)
             self._console.print(f"{text}, {step.what}; {left}", highlight=False, soft_wrap=True)
 
     def ask(self, question: str) -> None:
@@ -152,6 +154,20 @@ class _Bar:
         self._console.input(question)
         if self._console.is_terminal:
             self._progress.start()
+
+
+class _Left(ProgressColumn):
+    """The time that is left, counted down."""
+
+    def render(self, task: Task) -> Text:
+        """Minutes and seconds; nothing before the first run."""
+        end = task.fields["end"]
+        return Text("" if end is None else _minutes(end - time.monotonic()))
+
+
+def _minutes(seconds: float) -> str:
+    whole = max(0, round(seconds))
+    return f"{whole // 60}:{whole % 60:02d} left"
 
 
 def _report(result: LiveResult) -> None:
