@@ -179,7 +179,12 @@ static void run_verify(board *b)
 /* A set-up that has just ended is told at once: from here on the scales of STATUS hold. */
 static void run_setup(board *b, uint8_t job)
 {
-    const uint32_t wait = job == JOB_MPU_SETUP ? mpu6050_setup_step(&b->mpu) : bno055_setup_step(&b->bno);
+    uint32_t wait;
+    if (job == JOB_MPU_SETUP) {
+        wait = mpu6050_setup_step(&b->mpu);
+    } else {
+        wait = bno055_setup_step(&b->bno);
+    }
     const uint32_t now = hal_micros();
     if (wait != 0u) {
         scheduler_arm(&b->slots, job, now + wait);
@@ -204,7 +209,7 @@ static void run_radio_setup(board *b)
 /* Waits for a frame on the air where the one before got through at once (0.46 ms); else looks again later. */
 static void run_radio_verify(board *b)
 {
-    if (nrf24_busy(&b->radio) && b->radio.retransmissions != 0u) {
+    if (nrf24_busy(&b->radio) && (b->radio.queued > 1u || b->radio.retransmissions != 0u)) {
         scheduler_arm(&b->slots, JOB_RADIO_VERIFY, hal_micros() + RADIO_AGAIN_US);
         return;
     }

@@ -56,8 +56,12 @@ void mpu6050_init(mpu6050 *chip, i2c_bus *bus, const mpu6050_config *config)
 
 static uint32_t advance(mpu6050 *chip, bool done, mpu6050_state next, uint32_t wait_us)
 {
-    chip->state = done ? next : MPU_POWER_UP;
-    return done ? wait_us : SETUP_RETRY_US;
+    if (done) {
+        chip->state = next;
+        return wait_us;
+    }
+    chip->state = MPU_POWER_UP;
+    return SETUP_RETRY_US;
 }
 
 uint32_t mpu6050_setup_step(mpu6050 *chip)

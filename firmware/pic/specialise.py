@@ -118,6 +118,7 @@ class Program:
                     self.parameters[name, parameter.name] = None
         self._drop_assigned_parameters()
         self._propagate()
+        self.members_of_any = self._members_of_any()
         self.dropped = {n: [self.bound(n, p.name) for p in _parameters(self.functions[n])] for n in self.reachable}
 
     def _find_types(self) -> tuple[dict[str, dict[str, c_ast.Decl]], dict[str, c_ast.Decl]]:
@@ -143,6 +144,15 @@ class Program:
     def pointer(self, path: Path) -> Path | None:
         """What a pointer member of a known object points to."""
         return self.fields.get(path)
+
+    def _members_of_any(self) -> set[str]:
+        """Names of the members that are used through pointers of no fixed address: these have to stay and be set."""
+        return {
+            node.field.name
+            for name in self.reachable
+            for node in _walk(self.functions[name].body)
+            if isinstance(node, c_ast.StructRef) and not self.place(name, node)
+        }
 
     def _find_reachable(self, root: str) -> list[str]:
         found: list[str] = []
@@ -230,7 +240,7 @@ class Program:
 
     def is_object(self, member: str) -> bool:
         """Whether a member of the split object is left: a pointer with a known address is not."""
-        return not self.fields.get((self.split.name, member))
+        return not self.fields.get((self.split.name, member)) or member in self.members_of_any
 
     def name_of(self, path: Path) -> c_ast.Node:
         """The expression for an object: members of the split object have names of their own."""
@@ -267,6 +277,11 @@ class _Rewriter:
             split = self._memset_of_split(node)
             if split is not None:
                 return split
+        if isinstance(node, c_ast.Assignment) and isinstance(node.lvalue, c_ast.StructRef):
+            target = self.program.place(self.function, node.lvalue)
+            node.lvalue = self.program.name_of(target) if target else self.rewrite(node.lvalue)
+            node.rvalue = self.rewrite(node.rvalue)
+            return node
         place = self.program.place(self.function, node) if isinstance(node, c_ast.StructRef) else UNKNOWN
         if place and self.program.pointer(place):
             place = UNKNOWN  # the member itself, not what it points to
@@ -332,7 +347,8 @@ def _drop_field_writes(program: Program, function: str, body: c_ast.Node) -> Non
     def is_dead(item: c_ast.Node) -> bool:
         if not isinstance(item, c_ast.Assignment) or not isinstance(item.lvalue, c_ast.StructRef):
             return False
-        return bool(program.pointer(program.place(function, item.lvalue) or UNKNOWN))
+        known = bool(program.pointer(program.place(function, item.lvalue) or UNKNOWN))
+        return known and item.lvalue.field.name not in program.members_of_any
 
     for node in _walk(body):
         if isinstance(node, c_ast.Compound) and node.block_items:

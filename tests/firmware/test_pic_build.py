@@ -49,6 +49,86 @@ def test_configuration_words_and_bank_selection(pic_hex: Path, programs: object,
     assert not any(0x0020 <= word <= 0x003F for word in code)  # MOVLB of the 16F1788, which gplink takes it for
 
 
+SMALL = """
+#include <stdint.h>
+#include <string.h>
+typedef struct { uint8_t gain; uint8_t table[3]; } settings;
+typedef struct { const settings *config; uint8_t sum; } part;
+typedef struct { part first; part second; uint8_t bytes[4]; uint8_t *cursor; uint8_t flags; } whole;
+static const settings shared = {3, {[1] = 7}};
+uint8_t result[8];
+static inline void twice(uint8_t *value) { *value = (uint8_t)(*value * 2u); }
+static void add(part *p, uint8_t value) { p->sum = (uint8_t)(p->sum + value * p->config->gain); }
+static uint8_t flags(const whole *w) { return (uint8_t)(w->flags | 1u); }
+static void fill(uint8_t bytes[4], uint8_t from)
+{
+    for (uint8_t i = 0; i < 4u; ++i) { bytes[i] = (uint8_t)(from + i); }
+}
+static void start(whole *w, const settings *config)
+{
+    memset(w, 0, sizeof *w);
+    w->first.config = config;
+    w->second.config = config;
+    w->cursor = &w->bytes[1];
+    w->flags = 4;
+}
+static void unreachable(whole *w) { w->flags = 0; }
+static whole the_whole;
+void program_run(void)
+{
+    start(&the_whole, &shared);
+    add(&the_whole.first, 5);  /* two parts: this parameter stays */
+    add(&the_whole.second, 6);
+    fill(the_whole.bytes, 10);
+    the_whole.cursor = &the_whole.bytes[2]; /* no constant */
+    *the_whole.cursor = 99;
+    twice(&the_whole.first.sum);
+    result[0] = the_whole.first.sum;
+    result[1] = the_whole.second.sum;
+    memcpy(&result[2], the_whole.bytes, 4);
+    result[6] = flags(&the_whole);
+    result[7] = the_whole.first.config->table[1];
+}
+"""
+MAIN = """
+int printf(const char *format, ...);
+int main(void) { program_run(); for (int i = 0; i < 8; ++i) printf("%d ", result[i]); return 0; }
+"""
+
+
+def compiled_result(source: Path, text: str) -> str:
+    source.write_text(text)
+    subprocess.run(
+        ["cc", "-std=gnu99", "-w", "-fno-builtin", "-o", str(source.with_suffix("")), str(source)], check=True
+    )
+    return subprocess.run([source.with_suffix("")], capture_output=True, text=True, check=True).stdout
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.usefixtures("pic_hex")
+def test_a_specialised_program_does_the_same(tmp_path: Path) -> None:
+    """SMALL as it stands and after the pass, both by the host's compiler."""
+    sys.path.insert(0, str(PIC))
+    from toolchain import ensure
+
+    sys.path.insert(0, str(ensure().python))
+    from specialise import Program, Split, parse, specialise
+
+    (tmp_path / "small.c").write_text(SMALL)
+    command = ["cpp", "-P", "-nostdinc", f"-I{PIC / 'headers'}", str(tmp_path / "small.c")]
+    unit = parse("small", subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    made = specialise(Program([unit], Split("the_whole", "whole"), "program_run"))
+    expected = "30 18 10 11 99 13 5 7 "
+    assert compiled_result(tmp_path / "before.c", SMALL + MAIN) == expected
+    assert compiled_result(tmp_path / "after.c", made + MAIN) == expected
+    assert "unreachable" not in made
+    assert re.search(r"void small_add\(part \*p, uint8_t value\)", made)
+    assert re.search(r"uint8_t small_flags\(void\)", made)
+    assert "the_whole_flags | 1u" in made
+    assert not re.search(r"\bthe_whole\b", made)
+
+
 def test_locals_go_to_sections_of_their_functions() -> None:
     sys.path.insert(0, str(PIC))
     from frames import own_locals
