@@ -540,6 +540,24 @@ void pic_program(pic *p)
     find_waits(p);
 }
 
+static void op_stay(pic *p, const pic_op *op)
+{
+    (void)op;
+    go(p, p->pc - 1u);
+}
+
+void pic_hang(pic *p)
+{
+    const uint16_t at = p->pc;
+    const pic_op kept = p->code[at];
+    const uint32_t resets = p->resets[RESET_BY_WDT];
+    p->code[at].run = op_stay;
+    while (p->resets[RESET_BY_WDT] == resets && p->events[EVENT_WDT] != PIC_NEVER) {
+        pic_step(p);
+    }
+    p->code[at] = kept;
+}
+
 static void instruction(pic *p)
 {
     const pic_op *op = &p->code[p->pc];

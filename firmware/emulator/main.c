@@ -75,6 +75,10 @@ static void run(everything *e, const emulator_options *o)
         run_until(p, (uint64_t)(o->brownout_s * NS_PER_S));
         pic_reset(p, RESET_BY_BROWN_OUT);
     }
+    if (o->hang_s >= 0 && o->hang_s < o->seconds) {
+        run_until(p, (uint64_t)(o->hang_s * NS_PER_S));
+        pic_hang(p);
+    }
     run_until(p, end);
 }
 

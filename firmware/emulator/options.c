@@ -26,7 +26,7 @@ static const char HELP[] =
     "Faults (s of true time since power-on):\n"
     "  --sda-low AT:DURATION (DURATION 0: until clocked free)   --stretch AT:DURATION   --bno-stretch-us N\n"
     "  --mpu-absent AT:DURATION   --brownout AT   --deaf AT:DURATION (MAX_RT)   --radio-stuck AT:DURATION\n"
-    "  --radio-reset AT   --lose P   --air-loss P\n";
+    "  --radio-reset AT   --lose P   --air-loss P   --hang AT (the program, until the watchdog bites)\n";
 
 #define LINE_DRAIN_S 0.1 /* the last frames have time to come out */
 
@@ -142,6 +142,7 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
 {
     bool receiver = false;
     fault_window brownout = {false, 0, 0};
+    fault_window hang = {false, 0, 0};
     memset(e, 0, sizeof *e);
     e->slot = "board_step";
     e->job = "board_run_job";
@@ -174,6 +175,7 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
         {"--radio-stuck", WINDOW, &f->radio_stuck, true},
         {"--radio-reset", INSTANT, &f->radio_reset, true},
         {"--brownout", INSTANT, &brownout, true},
+        {"--hang", INSTANT, &hang, true},
         {"--lose", PROBABILITY, &f->lose, true},
         {"--air-loss", PROBABILITY, &f->air_loss, true},
     };
@@ -181,5 +183,6 @@ options_outcome emulator_options_parse(int count, char **arguments, emulator_opt
     e->world.role = receiver ? ROLE_RECEIVER : ROLE_BOARD;
     w->frames_until_s = e->seconds - LINE_DRAIN_S;
     e->brownout_s = brownout.wanted ? brownout.at_s : -1;
+    e->hang_s = hang.wanted ? hang.at_s : -1;
     return outcome;
 }

@@ -19,6 +19,7 @@ typedef struct {
     double worst_us; /* a slot as long as this fails */
     double ppm;
     double brownout_s;  /* < 0: none */
+    double hang_s;      /* the same */
     fault_window trace; /* every instruction on stderr */
     bool profile;
     bool faulty; /* faults were asked for: lost frames are no failure */

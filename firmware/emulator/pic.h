@@ -138,6 +138,10 @@ void pic_run(pic *p, uint64_t until);
 /* One instruction, with the events that it makes due. */
 void pic_step(pic *p);
 
+/* The program stays where it is (interrupts still run) until the watchdog resets it; returns at once where that is off.
+ */
+void pic_hang(pic *p);
+
 /* True time in ns since power-on. */
 uint64_t pic_ns(const pic *p);
 uint64_t pic_cycles_at(const pic *p, uint64_t ns);

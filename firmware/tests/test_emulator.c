@@ -335,6 +335,23 @@ static void test_watchdog(void **state)
     assert_int_equal(pic_read(&chip, R_PCON0) & PCON0_WDTWV, 0);
 }
 
+static void test_a_hanging_program_is_reset(void **state)
+{
+    (void)state;
+    pic_hang(&chip); /* no watchdog: returns */
+    chip.config[2] = CONFIG_WDT_64_MS;
+    chip.words[0] = 0x0064;
+    chip.words[1] = GOTO;
+    power_on();
+    wait(1000);
+    const uint64_t from = pic_ns(&chip);
+    pic_hang(&chip);
+    assert_in_range(pic_ns(&chip) - from, 60000000u, 70000000u);
+    assert_int_equal(chip.resets[RESET_BY_WDT], 1);
+    wait(1000000);
+    assert_int_equal(chip.resets[RESET_BY_WDT], 1); /* it kicks again */
+}
+
 static void test_stack_ends_in_a_reset(void **state)
 {
     (void)state;
@@ -510,6 +527,7 @@ int main(void)
         cmocka_unit_test_setup(test_uart, set_up),
         cmocka_unit_test_setup(test_interrupt_saves_and_restores, set_up),
         cmocka_unit_test_setup(test_watchdog, set_up),
+        cmocka_unit_test_setup(test_a_hanging_program_is_reset, set_up),
         cmocka_unit_test_setup(test_stack_ends_in_a_reset, set_up),
         cmocka_unit_test_setup(test_status_as_destination, set_up),
         cmocka_unit_test_setup(test_banks, set_up),

@@ -23,7 +23,7 @@ SECONDS = 8.0
 WORST_US = 2000.0
 MPU_ADDRESS, BNO_ADDRESS = 0x68, 0x28
 HEARD_AFTER_S = 294.5e-6  # a frame is received, after the radio has it: settling and 329 bits at 2 Mbit/s
-POWER_ON, BROWN_OUT, WATCHDOG = 1, 2, 3
+POWER_ON = 1
 
 FAULTS: dict[str, tuple[str, ...]] = {
     "sda_low": ("--sda-low", "3:1"),
@@ -34,6 +34,7 @@ FAULTS: dict[str, tuple[str, ...]] = {
     "radio_stuck": ("--radio-stuck", "3:0.3"),
     "radio_reset": ("--radio-reset", "3"),
     "brownout": ("--brownout", "3"),
+    "hang": ("--hang", "3"),
     "air": ("--air-loss", "0.2"),
 }
 
@@ -195,7 +196,8 @@ def test_a_fault_ends_in_recovery(faulty: dict[str, Run], name: str) -> None:
     got = faulty[name]
     print(got.text)
     assert got.report["strays"] == got.report["unsound"] == 0
-    assert got.report["resets"]["stack_overflow"] == got.report["resets"]["watchdog"] == 0
+    assert got.report["resets"]["stack_overflow"] == 0
+    assert got.report["resets"]["watchdog"] == (1 if name == "hang" else 0)
     last = [frame for ns, frame in got.heard if ns > (SECONDS - 2) * 1e9]
     assert lost(last) <= (15 if name == "air" else 0)
     assert not any(frame.flags & FAILED for frame in last)
@@ -243,11 +245,13 @@ def test_lost_frames_are_given_up_and_counted(faulty: dict[str, Run], name: str,
         assert of_type(got.frames, MPU)[-1].get("<B", 26) == got.report["lost"]
 
 
-def test_a_brown_out_is_told_as_the_cause(faulty: dict[str, Run]) -> None:
-    got = faulty["brownout"]
-    assert got.report["restarts"] == got.report["resets"]["brown_out"] == 1
+@pytest.mark.parametrize(("name", "kind", "cause"), [("brownout", "brown_out", 2), ("hang", "watchdog", 3)])
+def test_a_reset_is_told_with_its_cause(faulty: dict[str, Run], name: str, kind: str, cause: int) -> None:
+    got = faulty[name]
+    assert got.report["restarts"] == got.report["resets"][kind] == 1
     causes = [frame.raw[18] for frame in of_type(got.frames, STATUS)]
-    assert (causes[0], causes[-1]) == (POWER_ON, BROWN_OUT)
+    assert (causes[0], causes[-1]) == (POWER_ON, cause)
+    assert between(got, 3.0, 4.0)  # on the air again within a second
 
 
 def test_a_slot_that_is_too_long_fails(emulator: Path, pic_hex: Path, tmp_path: Path) -> None:
