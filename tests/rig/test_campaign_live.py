@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 
@@ -219,6 +219,7 @@ def test_two_campaigns_do_not_share_a_folder(tmp_path: Path) -> None:
     check(folder)
 
 
+@settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**31), name=st.sampled_from(["minimum", "full", "thesis"]))
 def test_the_order_is_drawn_and_turns_the_board_seldom(seed: int, name: str) -> None:
     runs = load_plan(name).runs

@@ -129,7 +129,7 @@ def test_splits_by_size_and_every_file_stands_alone(tmp_path: Path) -> None:
     assert total == 5000
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(counts=st.lists(st.integers(0, 900), min_size=1, max_size=4), seed=st.integers(0, 99))
 def test_blocks_are_the_same_bag_as_single_messages(
     tmp_path_factory: pytest.TempPathFactory, counts: list[int], seed: int
