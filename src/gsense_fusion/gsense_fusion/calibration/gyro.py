@@ -22,7 +22,7 @@ from gsense_fusion.identification.types import GRAVITY, FloatArray, Identificati
 from gsense_fusion.report.outputs import compensation
 
 from .permutation import permutation_p_value
-from .variants import EFFECTS, VARIANTS
+from .variants import EFFECTS, SAME, VARIANTS
 
 SIGNIFICANCE = 0.01
 RATE_BAND_HZ = 5.0
@@ -106,7 +106,7 @@ def calibrate_gyro(
     effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
     likelihood = Likelihood(a.campaign, source, effects, a.noise)
     claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
-    fits = {name: _fit(likelihood, part | claimed, full) for name, part in VARIANTS.items()}
+    fits = {name: _fit(likelihood, part | (claimed - _doubled(part)), full) for name, part in VARIANTS.items()}
     plain = likelihood.evaluate(frozenset(), full.templates)
     p_likelihood = a.selection.p_value(full, "g_sensitivity")
     p_permutation = permutation_p_value(likelihood, fits["none"], earth_known=site is not None)
@@ -144,6 +144,11 @@ def calibrate_gyro(
         notes=result.notes + result.undecided,
     )
     return calibration, a
+
+
+def _doubled(part: frozenset[str]) -> frozenset[str]:
+    """Effects of the catalogue that a variant has in a wider form."""
+    return frozenset(SAME[name] for name in part if name in SAME)
 
 
 def _fit(likelihood: Likelihood, names: frozenset[str], full: Fit) -> Fit:
@@ -193,7 +198,8 @@ def _file(base: CompensationFile, likelihood: Likelihood, fit: Fit, variant: str
         terms.append(GSquared(matrix=read("squares")))
     if variant == "polynomial":
         terms.append(GCubed(matrix=read("cubes")))
-    rest = tuple(t for t in base.terms if not isinstance(t, GSensitivity))
+    doubled = _doubled(VARIANTS[variant]) | {"g_sensitivity"}
+    rest = tuple(t for t in base.terms if t.effect not in doubled)
     x, y, z = (float(v) for v in bias.value)
     return CompensationFile(
         sensor=base.sensor,

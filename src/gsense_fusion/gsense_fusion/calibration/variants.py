@@ -101,5 +101,7 @@ VARIANTS: dict[str, frozenset[str]] = {
     "polynomial": frozenset({"g_sensitivity", "squares", "cubes"}),
 }
 """The effects of each variant."""
+SAME = {"squares": "g_squared", "cubes": "g_cubed"}
+"""Effects of the catalogue that are part of those of a variant: not beside them."""
 WITH_SCALE = {"groves": "matrix", "groves_squares": "matrix_squares"}
 """Variants with scale and misalignment beside (from true turns: `turns`), and what they are without."""
