@@ -58,6 +58,8 @@ def run_trial(case: Case, phase: float = 0.0, instant: float = INSTANTS[0], seed
         case.inject(world)
     while not world.safe and world.now - onset < _LONGEST:
         world.step()
+        if case.at_start and not world.safe and abs(world.rail.output.duty) < _MOVING_DUTY:
+            onset = world.now  # the controller still waits: no duty that should move the carriage
     found, world.current = world.now - onset, 0.0
     while world.now - onset < _LONGEST and not (world.stopped and world.now - onset > found + 0.4):
         world.step()
