@@ -150,6 +150,7 @@ def test_carriage_stays_off_the_ends(start, first, fault, at, commands, seed):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 @settings(max_examples=150, **QUIET)
 @RANDOM
 def test_carriage_stays_off_the_ends_many_times(start, first, fault, at, commands, seed):
