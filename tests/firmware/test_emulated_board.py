@@ -24,6 +24,8 @@ WORST_US = 2000.0
 MPU_ADDRESS, BNO_ADDRESS = 0x68, 0x28
 HEARD_AFTER_S = 294.5e-6  # a frame is received, after the radio has it: settling and 329 bits at 2 Mbit/s
 POWER_ON = 1
+BNO_PERIOD_NS = 10_030_000  # of the emulated one: its own clock, 0.3 % slow
+ADDRESS_NS = 60_000  # from START to the address of a read, when the chip takes its sample
 
 FAULTS: dict[str, tuple[str, ...]] = {
     "sda_low": ("--sda-low", "3:1"),
@@ -163,6 +165,29 @@ def test_frames_hold_what_the_sensors_gave_at_their_time(board: Run) -> None:
         at = min(bno, key=lambda us: abs(us - frame.time_us - offset))
         assert abs(at - frame.time_us - offset) < 150
         assert frame.raw[8:26] == bno[at]
+
+
+def age_errors(got: Run) -> list[float]:
+    """Age of a BNO sample as its frame tells it, minus the true one, in ms; from 3 s on, when the clock is tracked."""
+    reads = {data: ns for ns, address, reg, data in got.bursts if (address, reg, len(data)) == (BNO_ADDRESS, 0x08, 18)}
+    errors = []
+    for ns, frame in got.heard:
+        if frame.type == 2 and ns > 3e9:
+            true = (reads[frame.raw[8:26]] + ADDRESS_NS) % BNO_PERIOD_NS - ADDRESS_NS
+            error = frame.get("<H", 28) * 1000 - true
+            errors.append(((error + BNO_PERIOD_NS / 2) % BNO_PERIOD_NS - BNO_PERIOD_NS / 2) / 1e6)
+    return errors
+
+
+@pytest.mark.parametrize(("name", "most_ms"), [(DEFAULT, 0.45), (FAST, 1.6)])
+def test_ages_of_bno_samples(emulator: Path, pic_hex: Path, tmp_path: Path, name: str, most_ms: float) -> None:
+    """Its slots leave few chances to look in the fast profile; the bounds are what was found, with a margin."""
+    errors = age_errors(run(emulator, tmp_path, pic_hex / name, seconds=20))
+    mean = sum(errors) / len(errors)
+    rms = (sum(error**2 for error in errors) / len(errors)) ** 0.5
+    print(f"{name}: BNO ages off by {rms:.2f} ms RMS, {mean:.2f} ms on average, over {len(errors)} frames")
+    assert len(errors) > 1600
+    assert rms < most_ms
 
 
 def test_receiver_passes_every_frame_on(receiver: Run) -> None:
