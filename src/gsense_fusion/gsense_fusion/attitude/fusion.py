@@ -214,8 +214,10 @@ class Fusion:
         first = self._held[0].measured.stamp_ns
         at = [(h.measured.stamp_ns - first) * 1e-9 for h in self._held if h.measured.field is not None]
         field_period = (at[-1] - at[0]) / (len(at) - 1) if len(at) > 1 else None
+        intervals = [h.measured.dt for h in self._held if h.measured.dt > 0]
+        period = float(np.median(intervals)) if intervals else 0.005
         for channel in self.channels:
-            channel.filter.prepare(self.timer.usual_s or 0.005, field_period)
+            channel.filter.prepare(period, field_period)
 
     def _held_rests(self) -> bool:
         return is_rest(
