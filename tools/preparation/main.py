@@ -69,7 +69,8 @@ def forget_other_place(checkout: Checkout, found: ros.Ros) -> None:
         return
     if former:
         say(f"prepared for {' with '.join(former.split())} before; making it anew")
-        for folder in (checkout.stamps, checkout.env, *(checkout.root / name for name in ("build", "install", "log"))):
+        made = (checkout.root / name for name in ("build", "install", "log"))
+        for folder in (checkout.stamps, checkout.env, checkout.rig / "cache", *made):
             shutil.rmtree(folder, ignore_errors=True)
     checkout.rig.mkdir(exist_ok=True)
     (checkout.rig / "COLCON_IGNORE").touch()
