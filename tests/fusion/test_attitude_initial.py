@@ -80,3 +80,16 @@ def test_steps_and_counts() -> None:
     assert timer.step(0) == (StepKind.RESET, 0.0)
     assert timer.step(5 * ms) == (StepKind.NEXT, pytest.approx(0.005))
     assert (timer.counts.resets, timer.counts.samples) == (1, 54)
+
+
+def test_a_pair_of_close_stamps_is_no_new_rhythm_and_a_new_rhythm_is_learnt() -> None:
+    timer, now = StepTimer(), 0
+    intervals_ms = [1] + [10] * 50 + [1, 9] + [10] * 50 + [20] * 50  # it begins with the pair, too
+    timer.step(now)
+    for interval in intervals_ms:
+        now += interval * 1_000_000
+        timer.step(now)
+    assert timer.usual_s == pytest.approx(0.02)
+    assert (
+        timer.counts.missing == 2 * 9 + 2
+    )  # two intervals until the rhythm after the first pair and the last is known

@@ -15,6 +15,8 @@ BoolArray = NDArray[np.bool_]
 
 _GAP = 1.6
 """An interval this many times the usual one lacks a sample."""
+_NEW_RHYTHM = 3
+"""So many intervals in a row that are far from the usual one are the usual ones from then on."""
 
 
 class StepKind(Enum):
@@ -59,9 +61,14 @@ class StepTimer:
         self.longest_s = longest_s
         self.reset_back_ns = round(reset_back_s * 1e9)
         self.counts = TimingCounts()
-        self.usual_s: float | None = None
-        """Usual interval, followed slowly."""
+        self._rhythm = np.zeros(2)
+        """Usual interval (s, 0: not known), followed slowly; so many in a row were far longer (+) or shorter (-)."""
         self._newest_ns: int | None = None
+
+    @property
+    def usual_s(self) -> float | None:
+        """Usual interval, s; None before the second sample."""
+        return float(self._rhythm[0]) or None
 
     def step(self, stamp_ns: int) -> tuple[StepKind, float]:
         """What the sample of this stamp is, and its interval to the one before in s (0 but for NEXT)."""
@@ -82,7 +89,9 @@ class StepTimer:
         if newest is None:
             return StepKind.FIRST, 0.0
         interval = (stamp_ns - newest) * 1e-9
-        self._follow(interval)
+        missing = _follow(interval, self._rhythm)
+        self.counts.gaps += missing > 0
+        self.counts.missing += missing
         return StepKind.NEXT, min(interval, self.longest_s)
 
     def batch(self, stamp_ns: IntArray) -> tuple[BoolArray, FloatArray, int]:
@@ -95,28 +104,37 @@ class StepTimer:
             raise ValueError("StepTimer.batch goes on after two single steps")
         c = self.counts
         counts = np.array([c.samples, c.gaps, c.missing, c.out_of_order, c.repeated], dtype=np.int64)
-        state = np.array([self.usual_s])
         stamps = np.ascontiguousarray(stamp_ns, dtype=np.int64)
         used, dt, taken, self._newest_ns = _steps(
-            stamps, self._newest_ns, self.reset_back_ns, self.longest_s, state, counts
+            stamps, self._newest_ns, self.reset_back_ns, self.longest_s, self._rhythm, counts
         )
-        self.usual_s = float(state[0])
         c.samples, c.gaps, c.missing, c.out_of_order, c.repeated = (int(value) for value in counts)
         return used[:taken], dt[:taken], taken
 
-    def _follow(self, interval: float) -> None:
-        usual = self.usual_s
-        if usual is None or interval < 0.5 * usual:  # a first interval that was a gap is corrected by the next ones
-            self.usual_s = interval
-        elif interval > _GAP * usual:
-            self.counts.gaps += 1
-            self.counts.missing += round(interval / usual) - 1
-        else:
-            self.usual_s = usual + 0.02 * (interval - usual)
+
+@njit("i8(f8, f8[::1])", cache=True)
+def _follow(interval, rhythm):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Samples that an interval lacks; the usual one is followed.
+
+    A single pair of close stamps, or a gap, is no new rhythm: some in a row are.
+    """
+    usual = rhythm[0]
+    if usual == 0.0:
+        rhythm[0] = interval
+        return 0
+    if 0.5 * usual <= interval <= _GAP * usual:
+        rhythm[0], rhythm[1] = usual + 0.02 * (interval - usual), 0.0
+        return 0
+    longer = interval > usual
+    rhythm[1] = max(rhythm[1], 0.0) + 1.0 if longer else min(rhythm[1], 0.0) - 1.0
+    if abs(rhythm[1]) >= _NEW_RHYTHM:
+        rhythm[0], rhythm[1] = interval, 0.0
+        return 0
+    return round(interval / usual) - 1 if longer else 0
 
 
 @njit("Tuple((b1[::1], f8[::1], i8, i8))(i8[::1], i8, i8, f8, f8[::1], i8[::1])", cache=True)
-def _steps(stamps, newest, reset_back, longest, state, counts):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+def _steps(stamps, newest, reset_back, longest, rhythm, counts):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     n = stamps.shape[0]
     used, dt = np.zeros(n, dtype=np.bool_), np.zeros(n)
     for i in range(n):
@@ -130,12 +148,7 @@ def _steps(stamps, newest, reset_back, longest, state, counts):  # type: ignore[
         newest = stamp
         counts[0] += 1
         used[i], dt[i] = True, min(interval, longest)
-        usual = state[0]
-        if interval < 0.5 * usual:
-            state[0] = interval
-        elif interval > _GAP * usual:
-            counts[1] += 1
-            counts[2] += round(interval / usual) - 1
-        else:
-            state[0] = usual + 0.02 * (interval - usual)
+        missing = _follow(interval, rhythm)
+        counts[1] += missing > 0
+        counts[2] += missing
     return used, dt, n, newest
