@@ -35,6 +35,8 @@ def missing_for_tests() -> list[str]:
         packages.append("libcmocka-dev")
     if not shutil.which("cppcheck"):
         packages.append("cppcheck")
+    if not shutil.which("gpsim"):  # the emulated chip's core is held against it
+        packages.append("gpsim")
     return packages
 
 
