@@ -254,11 +254,12 @@ def test_a_person_is_asked_in_words_and_must_be_there() -> None:
         Person(nobody).turn("90")
 
 
-@pytest.mark.parametrize("terminal", [True, False])
-def test_progress_tells_run_and_time_left(terminal: bool) -> None:
+@pytest.mark.parametrize(("kind", "terminal"), [("xterm", True), ("dumb", True), ("xterm", False)])
+def test_progress_tells_run_and_time_left(kind: str, terminal: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
     from gsense_rig.campaign.command import Bar
 
+    monkeypatch.setenv("TERM", kind)
     text = io.StringIO()
     bar = Bar(5, Console(file=text, force_terminal=terminal, width=120))
     for what in ("turn the board", "in motion"):
@@ -266,4 +267,4 @@ def test_progress_tells_run_and_time_left(terminal: bool) -> None:
     bar.close()
     assert "run_03 of 5: sine 5 rad/s, mounting 0, " in text.getvalue()
     assert "1:40 left" in text.getvalue() or "1:39 left" in text.getvalue()
-    assert ("in motion" in text.getvalue()) == terminal
+    assert ("in motion" in text.getvalue()) == (terminal and kind != "dumb")

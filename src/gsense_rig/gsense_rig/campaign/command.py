@@ -113,16 +113,17 @@ def _crew(options: argparse.Namespace, stack: ExitStack) -> LiveRig:
 
 
 class Bar:
-    """Progress with the time that is left, on stderr; a line for each run where that is no terminal."""
+    """Progress with the time that is left, on stderr; a line for each run where nothing can be drawn."""
 
     def __init__(self, total: int, console: Console | None = None) -> None:
         self._console = console or Console(stderr=True)
+        self._draws = self._console.is_terminal and not self._console.is_dumb_terminal
         columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), _Left())
         self._progress = Progress(*columns, console=self._console, transient=True)
         self._task = self._progress.add_task("", total=total, end=None)
         self._told = ""
         self._end = 0.0
-        if self._console.is_terminal:
+        if self._draws:
             self._progress.start()
 
     def close(self) -> None:
@@ -137,7 +138,7 @@ class Bar:
         text = f"run_{step.number:02d} of {step.total}: {motion}, mounting {run.mounting}"
         if text != self._told:
             self._end = time.monotonic() + step.remaining
-        if self._console.is_terminal:
+        if self._draws:
             self._told = text
             what = f"{text}, {step.what}"
             self._progress.update(self._task, completed=step.number, description=what, end=self._end)
@@ -152,7 +153,7 @@ class Bar:
             raise EOFError
         self.close()
         self._console.input(question)
-        if self._console.is_terminal:
+        if self._draws:
             self._progress.start()
 
 
