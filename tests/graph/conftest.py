@@ -92,6 +92,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Told]:
         ears = Ears(DOMAIN, topics())
         made = Told(ears, graph, bags={name: folder / name for name in ("bag_int", "bag_term")})
         _play(made)
+        graph.close()  # the tests look at what was heard; a graph that goes on would slow down all the others
         yield made
     finally:
         graph.close()

@@ -87,6 +87,7 @@ class Graph:
             time.sleep(0.05)
         for process in self.processes.values():
             self._kill(process)
+        self.processes.clear()
 
     @staticmethod
     def _kill(process: subprocess.Popen[str]) -> None:
