@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import struct
 import threading
 import time
 from pathlib import Path
@@ -40,6 +41,28 @@ def topics(bag: Path) -> list[dict[str, Any]]:
 def contents(bag: Path) -> list[tuple[str, int, bytes]]:
     with AnyReader([bag], default_typestore=STORE) as reader:
         return [(c.topic, t, bytes(raw)) for c, t, raw in reader.messages()]
+
+
+def type_hashes(file: Path) -> dict[str, str]:
+    """Of each topic, from the channels of a closed file's summary: where rosbag2's reindexer looks."""
+    data, at, found = file.read_bytes(), 8, {}
+    while at + 17 < len(data):
+        opcode, length = struct.unpack_from("<BQ", data, at)
+        if opcode == 0x04:
+            topic, begin = _string(data, at + 9 + 4)
+            _, begin = _string(data, begin)
+            entries, begin = [], begin + 4
+            while begin < at + 9 + length:
+                entry, begin = _string(data, begin)
+                entries.append(entry)
+            found[topic] = dict(zip(entries[::2], entries[1::2], strict=True))["topic_type_hash"]
+        at += 9 + length
+    return found
+
+
+def _string(data: bytes, at: int) -> tuple[str, int]:
+    end = at + 4 + int.from_bytes(data[at : at + 4], "little")
+    return data[at + 4 : end].decode(), end
 
 
 def fill(thread: BagThread, topic: str, count: int, first: int = 0) -> None:
@@ -126,6 +149,7 @@ def test_splits_by_size_and_every_file_stands_alone(tmp_path: Path) -> None:
         with Reader(bag / name) as reader:
             assert {"/a", "/b"} <= {c.topic for c in reader.connections}
             total += reader.message_count
+        assert set(type_hashes(bag / name).values()) == {STORE.hash_rihs01(STRING)}
     assert total == 5000
 
 
@@ -193,6 +217,8 @@ def test_a_killed_bag_is_repaired(tmp_path: Path, max_bytes: int, cut: int) -> N
     data = information(bag)
     assert data["message_count"] == len(kept) == sum(t["message_count"] for t in data["topics_with_message_count"])
     assert topics(bag) == topics(tmp_path / "whole" / "bag")
+    for storage in bag.glob("*.mcap"):
+        assert type_hashes(storage) == dict.fromkeys(("/a", "/b"), STORE.hash_rihs01(STRING))
     before = [p.read_bytes() for p in sorted(bag.iterdir())]
     assert all(file.left_out is None for file in repair(bag, typestore()))
     assert [p.read_bytes() for p in sorted(bag.iterdir())] == before

@@ -13,9 +13,9 @@ from typing import Final
 
 import numpy as np
 import numpy.typing as npt
-from rosbags.interfaces import Connection
+from rosbags.interfaces import Connection, ConnectionExtRosbag2
 from rosbags.rosbag2.enums import CompressionMode
-from rosbags.rosbag2.storage_mcap import McapWriter, PendingChunk, write_string
+from rosbags.rosbag2.storage_mcap import Channel, McapWriter, PendingChunk, write_channel, write_string
 
 CHUNK: Final = 1 << 20
 """Bytes after which a chunk goes to disk."""
@@ -80,10 +80,20 @@ class McapFile(McapWriter):
         self._types: set[str] = set()
 
     def add_connection(self, connection: Connection, offered_qos_profiles: str) -> None:
-        """As the library's; the type is added where it is new."""
+        """As the library's, and with the type's hash, as rosbag2 keeps it; the type is added where it is new."""
         if connection.msgtype not in self._types:
             self.add_msgtype(connection)
-        super().add_connection(connection, offered_qos_profiles)
+        extension = connection.ext
+        assert isinstance(extension, ConnectionExtRosbag2)  # noqa: S101 - of a rosbag2 bag
+        metadata = BytesIO()
+        for entry in ("offered_qos_profiles", offered_qos_profiles, "topic_type_hash", connection.digest):
+            write_string(metadata, entry)
+        channel = Channel(
+            connection.id, connection.msgtype, connection.topic, extension.serialization_format, metadata.getvalue()
+        )
+        self.channels.append(channel)
+        self.channel_stats[connection.id] = 0
+        write_channel(self.chunk.bio, channel, self.schemas)
         self.announced.append((connection, offered_qos_profiles))
 
     def add_msgtype(self, connection: Connection) -> None:

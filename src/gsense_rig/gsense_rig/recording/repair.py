@@ -65,7 +65,7 @@ def repair(bag: Path, store: Typestore) -> list[RepairedFile]:
     work = bag / _WORK
     shutil.rmtree(work, ignore_errors=True)
     try:
-        done = [_repair_file(file, work, last=file is files[-1] and len(files) > 1) for file in files]
+        done = [_repair_file(file, work, store, last=file is files[-1] and len(files) > 1) for file in files]
         _write_metadata(bag, [file for file in files if file.exists()], store)
     finally:
         shutil.rmtree(work, ignore_errors=True)
@@ -73,7 +73,7 @@ def repair(bag: Path, store: Typestore) -> list[RepairedFile]:
     return done
 
 
-def _repair_file(file: Path, work: Path, *, last: bool) -> RepairedFile:
+def _repair_file(file: Path, work: Path, store: Typestore, *, last: bool) -> RepairedFile:
     with file.open("rb") as stream:
         stream.seek(max(0, file.stat().st_size - len(_MAGIC)))
         closed = stream.read() == _MAGIC and file.stat().st_size > len(_MAGIC)
@@ -90,7 +90,7 @@ def _repair_file(file: Path, work: Path, *, last: bool) -> RepairedFile:
         file.unlink()  # it had only been begun when the recorder was killed
         return RepairedFile(file.name, 0, size)
     target = work / f"new_{file.name}"
-    kept = _rewrite(copy, target)
+    kept = _rewrite(copy, target, store)
     target.replace(file)
     return RepairedFile(file.name, kept, left_out)
 
@@ -139,12 +139,12 @@ def _chunk(content: bytes) -> bytes:
     return records
 
 
-def _rewrite(source: Path, target: Path) -> int:
+def _rewrite(source: Path, target: Path, store: Typestore) -> int:
     """Writes a file with indices from one without; returns the number of messages."""
     file = McapFile(target)
     with Reader(source) as reader:
-        connections = {connection.id: connection for connection in reader.connections}
-        for connection in reader.connections:
+        connections = {found.id: found._replace(digest=_digest(found, store)) for found in reader.connections}
+        for connection in connections.values():
             file.add_connection(connection, _qos_text(connection))
     with source.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         for opcode, start, following in _records(data, len(_MAGIC)):
