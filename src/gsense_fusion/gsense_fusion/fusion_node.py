@@ -12,11 +12,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
@@ -28,6 +25,7 @@ from .bags.imu_message import parse_imu
 from .compensation import CompensationError, CompensationFile, load_compensation
 from .fusion_diagnostics import diagnostic
 from .fusion_output import Uncertainty, output_message
+from .node_process import run_node
 
 _QOS = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
 """Ten seconds at 500 Hz: a stall of the machine loses nothing."""
@@ -175,44 +173,9 @@ class FusionNode(Node):
         self._diagnostics.publish(message)
 
 
-def _executor() -> Any:
-    try:
-        from rclpy.experimental import EventsExecutor  # noqa: PLC0415 # not in every Jazzy
-    except ImportError:
-        return SingleThreadedExecutor()
-    return EventsExecutor()
-
-
 def main() -> int:
-    """Run the node until SIGINT or SIGTERM.
-
-    Returns:
-        0, or 2 with one line on stderr for parameters or a compensation file that cannot be used.
-    """
-    rclpy.init()
-    node: FusionNode | None = None
-    try:
-        try:
-            node = FusionNode()
-        except (CompensationError, UnknownFilterError, ParameterException, ValueError) as error:
-            sys.stderr.write(f"fusion: {' '.join(str(error).split())}\n")
-            return 2
-        executor = _executor()
-        executor.add_node(node)
-        while rclpy.ok():
-            # not spin(): the EventsExecutor of rclpy 7.1 blocks in it, without callbacks and deaf to signals
-            executor.spin_once(timeout_sec=0.2)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except Exception:
-        if rclpy.ok():
-            raise
-        return 0  # a signal closed the context while a callback was publishing
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    """Run the node until SIGINT or SIGTERM; the exit code as in `run_node`."""
+    return run_node("fusion", FusionNode, (CompensationError, UnknownFilterError, ValueError))
 
 
 if __name__ == "__main__":

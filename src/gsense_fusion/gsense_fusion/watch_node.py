@@ -12,17 +12,15 @@ from threading import Thread
 from typing import Any
 
 import numpy as np
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Vector3Stamped
 from rcl_interfaces.msg import ParameterDescriptor
-from rclpy.exceptions import ParameterException
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
 from .compensation import CompensationError, load_compensation
+from .node_process import run_node
 from .watch import Prediction, Watcher, WatchReport
 from .watch_diagnostics import diagnostic
 
@@ -112,34 +110,8 @@ def _text(words: str) -> ParameterDescriptor:
 
 
 def main() -> int:
-    """Run the node until SIGINT or SIGTERM.
-
-    Returns:
-        0, or 2 with one line on stderr for parameters or a compensation file that cannot be used.
-    """
-    rclpy.init()
-    node: WatchNode | None = None
-    try:
-        try:
-            node = WatchNode()
-        except (CompensationError, ParameterException, ValueError) as error:
-            sys.stderr.write(f"watch: {' '.join(str(error).split())}\n")
-            return 2
-        executor = SingleThreadedExecutor()
-        executor.add_node(node)
-        while rclpy.ok():
-            executor.spin_once(timeout_sec=0.2)
-    except (KeyboardInterrupt, ExternalShutdownException):
-        return 0
-    except Exception:
-        if rclpy.ok():
-            raise
-        return 0  # a signal closed the context while a callback was publishing
-    finally:
-        if node is not None:
-            node.destroy_node()
-        rclpy.try_shutdown()
-    return 0
+    """Run the node until SIGINT or SIGTERM; the exit code as in `run_node`."""
+    return run_node("watch", WatchNode, (CompensationError, ValueError))
 
 
 if __name__ == "__main__":

@@ -1,0 +1,57 @@
+"""What a node's process does from its start to SIGINT or SIGTERM; the same for every node of the package."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from rclpy.exceptions import ParameterException
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+
+
+def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
+    """Run a node until SIGINT or SIGTERM.
+
+    Args:
+        name: stands before the line on stderr.
+        make: makes the node, after `rclpy.init`.
+        unusable: what it raises where parameters or files cannot be used, beside rclpy's own.
+
+    Returns:
+        0, or 2 with one line on stderr for parameters or files that cannot be used.
+    """
+    rclpy.init()
+    node: Node | None = None
+    try:
+        try:
+            node = make()
+        except (ParameterException, *unusable) as error:
+            sys.stderr.write(f"{name}: {' '.join(str(error).split())}\n")
+            return 2
+        executor = _executor()
+        executor.add_node(node)
+        while rclpy.ok():
+            # not spin(): the EventsExecutor of rclpy 7.1 blocks in it, without callbacks and deaf to signals
+            executor.spin_once(timeout_sec=0.2)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        return 0
+    except Exception:
+        if rclpy.ok():
+            raise
+        return 0  # a signal closed the context while a callback was publishing
+    finally:
+        if node is not None:
+            node.destroy_node()
+        rclpy.try_shutdown()
+    return 0
+
+
+def _executor() -> Any:
+    try:
+        from rclpy.experimental import EventsExecutor  # noqa: PLC0415 # not in every Jazzy
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
