@@ -11,11 +11,12 @@ from tests.study.reference import held_out_rms, true_noise
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
+from gsense_fusion.bags.run import Run, ScalarSeries
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.engine import Settings
 from gsense_fusion.identification.types import Owner
 
-from .sessions import BASE, BOW, LATE, TEMPERATURE, analysed, finding, made, names
+from .sessions import BASE, BOW, LATE, SETTINGS, TEMPERATURE, analysed, changed, finding, made, names
 
 WIDE = 2 * 1.96
 """Twice the 95 % interval."""
@@ -42,6 +43,18 @@ def test_null_with_warm_up_at_200_hz() -> None:
     assert result.verdict == "nothing_missing", (names(result), result.unexplained)
     assert result.unexplained is None
     assert result.rate_rms.full == result.rate_rms.declared < result.rate_rms.raw
+
+
+def test_a_supply_that_hardly_moves_is_no_finding() -> None:
+    """Columns that cost less than others must not make a model cheaper where they say nothing."""
+
+    def with_battery(run: Run, role: str) -> tuple[Run, str]:
+        stamps = run.imu.stamp_ns[:: len(run.imu) // 12]
+        volts = 3.9 - 1e-4 * np.arange(len(stamps))
+        return replace(run, battery=ScalarSeries(stamps, volts)), role
+
+    result = analyse(changed(made(), with_battery), SETTINGS)
+    assert result.verdict == "nothing_missing", (names(result), result.unexplained)
 
 
 @pytest.mark.parametrize(

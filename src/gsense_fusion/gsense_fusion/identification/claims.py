@@ -57,6 +57,8 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
+        elif selection.gain(best, name)[0] < RIVAL_LOGLIK:
+            notes.append(f"{name} hardly improves the fit: no claim")
         elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
             notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
         elif dynamic and not survives(selection, best, name):

@@ -123,17 +123,24 @@ class Selection:
         return [t for n in self.effects if n in names for t in self.effects[n].templates]
 
     def _scored(self, fit: Fit) -> Candidate:
-        dear, cheap, slow_columns = 0, 0, 0
+        dear, cheap = 0, 0
         for name in fit.names:
             effect = self.effects[name]
             paid = sum(not t.optional or fit.templates.get(t.field, t.default) != t.default for t in effect.templates)
             dear, cheap = (dear + paid, cheap) if effect.dynamic else (dear, cheap + paid)
-            slow_columns += 0 if effect.dynamic or name in self.declared else len(effect.parameters)
         log_n = float(np.log(self.likelihood.samples))
-        slow_columns = min(slow_columns, fit.rank)
+        slow_columns = self._slow_rank(fit)
         cost = (fit.rank - slow_columns + dear) * log_n + (slow_columns + cheap) * min(SLOW_COST, log_n)
         order = ORDER_WEIGHT * sum(self._place[n] for n in fit.names)
         return Candidate(fit, 2 * fit.loglik - cost - order)
+
+    def _slow_rank(self, fit: Fit) -> int:
+        """Directions that only block means tell, of the effects that are not declared.
+
+        By the rank and not by the number of columns: those of a supply that never moves are none.
+        """
+        slow = frozenset(n for n in fit.names - self.declared if not self.effects[n].dynamic)
+        return max(0, fit.rank - self.rough(fit.names - slow).fit.rank) if slow else 0
 
     def _on_grids(self, names: frozenset[str]) -> Fit:
         """Effects with searched parameters one after the other, each over the product of its grids."""
