@@ -17,6 +17,8 @@ from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, ord
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
+SLOW_CLAIM_GAIN = 40.0
+"""Least gain in twice the log-likelihood of what block means alone show: a step is sought at every instant."""
 REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
 LOCKED_PART = 0.8
@@ -57,7 +59,7 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif selection.gain(best, name)[0] < RIVAL_LOGLIK:
+        elif selection.gain(best, name)[0] < (RIVAL_LOGLIK if dynamic else SLOW_CLAIM_GAIN):
             notes.append(f"{name} hardly improves the fit: no claim")
         elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
             notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
