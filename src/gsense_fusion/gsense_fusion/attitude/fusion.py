@@ -109,22 +109,32 @@ class Fusion:
         self.status = FusionStatus(self.timer.counts)
 
     def add_temperature(self, celsius: float) -> None:
-        """A new die temperature, degrees Celsius."""
-        self._inputs[TEMPERATURE] = celsius
+        """A new die temperature, degrees Celsius; used with the next sample that is not dropped."""
+        if np.isfinite(celsius):
+            self._inputs[TEMPERATURE] = celsius
 
     def add_supply(self, volts: float) -> None:
         """The newest supply voltage."""
-        self._inputs[SUPPLY] = volts
+        if np.isfinite(volts):
+            self._inputs[SUPPLY] = volts
 
     def add_carriage(self, stamp_ns: int, position: float, velocity: float = np.nan) -> None:
-        """The carriage on the rail: position m, velocity m/s (NaN: unknown)."""
-        self._inputs[VELOCITY] = velocity
+        """The carriage on the rail: position m, velocity m/s (NaN: not reported, the last one stays)."""
+        if np.isfinite(velocity):
+            self._inputs[VELOCITY] = velocity
         for stream in self.streams:
             stream.add_position(stamp_ns, position)
 
-    def set_inputs(self, inputs: FloatArray) -> None:
-        """All of temperature (NaN: no new reading), supply and the carriage's velocity at once, shape (3,)."""
+    def set_known(self, inputs: FloatArray, field: FloatArray) -> None:
+        """All that is known at the next sample at once.
+
+        Args:
+            inputs: temperature (NaN: no new reading), supply and the carriage's velocity, shape (3,).
+            field: magnetic field, shape (3,); NaN: no new one.
+        """
         self._inputs[:] = inputs
+        self._field = None
+        self.add_field(field)
 
     def add_field(self, field: FloatArray) -> None:
         """A new magnetic field, any unit, shape (3,); used with the next sample."""

@@ -15,6 +15,7 @@ from gsense_fusion.compensation import gather_inputs
 
 from .fusion import Estimate, Fusion
 from .interface import FloatArray, IntArray
+from .stream import TEMPERATURE
 
 Series = tuple[IntArray, FloatArray]
 """Stamps (ns, increasing) and values."""
@@ -81,9 +82,9 @@ class _Run:
         self.fusion, self.r = fusion, recording
         self.parts = _Parts()
         self.newest = np.maximum.accumulate(recording.stamp_ns) if len(recording.stamp_ns) else recording.stamp_ns
-        stamps = recording.field[0] if recording.field is not None else _NO_SERIES[0]
-        self.field_at = np.searchsorted(stamps, self.newest, side="right") - 1
-        self.inputs = gather_inputs(self.newest, recording.temperature, recording.supply, self._velocity())
+        self.field = _Readings(recording.field, self.newest)
+        self.temperature = _Readings(recording.temperature, self.newest)
+        self.inputs = gather_inputs(self.newest, None, recording.supply, self._velocity())
         self.positions = 0
 
     def _velocity(self) -> Series | None:
@@ -93,7 +94,7 @@ class _Run:
     def all(self) -> Estimates:
         i, n = 0, len(self.r.stamp_ns)
         while i < n:
-            if self._settled(i):
+            if self._settled():
                 i = self._block(i)
             if i < n:
                 self._single(i)
@@ -104,10 +105,10 @@ class _Run:
         rate = {name: np.concatenate(p) for name, p in parts.rate.items()}
         return Estimates(rows, quaternion, rate)
 
-    def _settled(self, i: int) -> bool:
+    def _settled(self) -> bool:
         """Whether nothing but a reset can change the course of things."""
         status = self.fusion.status
-        return status.running and status.rest_seen and (status.uses_field or self.field_at[-1] == self.field_at[i - 1])
+        return status.running and status.rest_seen and (status.uses_field or not self.field.more)
 
     def _add_positions(self, until_ns: int | None) -> None:
         if self.r.carriage is None:
@@ -121,11 +122,14 @@ class _Run:
 
     def _single(self, i: int) -> None:
         r, fusion = self.r, self.fusion
-        if r.field is not None and self.field_at[i] > (self.field_at[i - 1] if i else -1):
-            fusion.add_field(r.field[1][self.field_at[i]])
         self._add_positions(int(self.newest[i]))
-        fusion.set_inputs(self.inputs[i])
+        self.inputs[i, TEMPERATURE] = self.temperature.new_at(i)
+        fusion.set_known(self.inputs[i], self.field.new_at(i))
+        used = fusion.timer.counts.samples
         self._keep(fusion.add_sample(int(r.stamp_ns[i]), r.angular_rate[i], r.specific_force[i], i))
+        if fusion.timer.counts.samples > used:
+            self.field.hand_over(i)
+            self.temperature.hand_over(i)
 
     def _keep(self, estimates: list[Estimate]) -> None:
         if not estimates:
@@ -147,27 +151,56 @@ class _Run:
         rows = finite[:taken][used]
         self._add_positions(None)
         if len(rows):
-            self._filter(i, rows, dt[used])
+            self._filter(rows, dt[used])
         return int(finite[taken]) if taken < len(finite) else len(r.stamp_ns)
 
-    def _filter(self, i: int, rows: NDArray[np.intp], dt: FloatArray) -> None:
+    def _filter(self, rows: NDArray[np.intp], dt: FloatArray) -> None:
         r = self.r
-        fields = self._fields(i, rows)
+        fields = self.field.new_in(rows) if self.fusion.status.uses_field else None
+        inputs = self.inputs[rows]
+        if r.temperature is not None:
+            inputs[:, TEMPERATURE] = self.temperature.new_in(rows)
         self.parts.rows.append(rows)
         for stream in self.fusion.streams:
-            sample = stream.block(
-                r.stamp_ns[rows], r.angular_rate[rows], r.specific_force[rows], fields, self.inputs[rows]
-            )
+            sample = stream.block(r.stamp_ns[rows], r.angular_rate[rows], r.specific_force[rows], fields, inputs)
             for channel in stream.channels:
                 self.parts.add(channel.name, stream.batch(channel, dt, sample), sample.rate)
 
-    def _fields(self, i: int, rows: NDArray[np.intp]) -> FloatArray | None:
-        """The field that is new with each sample, NaN where there is none."""
-        if self.r.field is None or not self.fusion.status.uses_field:
-            return None
-        index = self.field_at[rows]
-        before = np.concatenate(([self.field_at[i - 1]], index[:-1]))
-        fields = np.full((len(rows), 3), np.nan)
+
+class _Readings:
+    """A slower series beside the samples: each reading goes to the first sample after it that is used."""
+
+    def __init__(self, series: Series | None, newest_ns: IntArray) -> None:
+        stamps, values = series if series is not None else _NO_SERIES
+        good = np.isfinite(values) if values.ndim == 1 else np.isfinite(values).all(axis=1)
+        self.values = values[good]
+        self.at = np.searchsorted(stamps[good], newest_ns, side="right") - 1
+        """The newest reading at each sample."""
+        self.given = -1
+        """The newest one that a used sample has had."""
+
+    @property
+    def more(self) -> bool:
+        """Whether there are readings that no sample has had."""
+        return bool(len(self.at)) and self.at[-1] > self.given
+
+    def new_at(self, i: int) -> FloatArray:
+        """The reading that is new for sample i; NaN where there is none."""
+        return self._values(self.at[i : i + 1], np.array([self.given]))[0]
+
+    def new_in(self, rows: NDArray[np.intp]) -> FloatArray:
+        """The same for each of the used samples `rows`, which have it then."""
+        index = self.at[rows]
+        found = self._values(index, np.concatenate(([self.given], index[:-1])))
+        self.hand_over(int(rows[-1]))
+        return found
+
+    def hand_over(self, i: int) -> None:
+        """Sample i is used."""
+        self.given = int(self.at[i])
+
+    def _values(self, index: NDArray[np.intp], before: NDArray[np.intp]) -> FloatArray:
+        found = np.full((len(index), *self.values.shape[1:]), np.nan)
         new = index > before
-        fields[new] = self.r.field[1][index[new]]
-        return fields
+        found[new] = self.values[index[new]]
+        return found
