@@ -12,10 +12,10 @@ from gsense_fusion.bags import BagError
 from gsense_fusion.identification.types import IdentificationError, Role
 
 
-def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
+def add_bag_arguments(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     """--fit and --held-out."""
     parser.add_argument(
-        "--fit", nargs="+", type=Path, required=True, metavar="BAG", help="bags to fit (one bag, one run)"
+        "--fit", nargs="+", type=Path, required=required, metavar="BAG", help="bags to fit (one bag, one run)"
     )
     parser.add_argument(
         "--held-out",

@@ -1,4 +1,4 @@
-"""`close_loop`: from bags to the verdict, the report and the compensation file."""
+"""`close_loop`: from bags to the verdict, the report and the compensation file; `--compare`: what changed."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
+from gsense_fusion.comparison.command import compare_paths
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.compensation.model import write_compensation
 from gsense_fusion.identification.catalogue import CATALOGUE
@@ -31,10 +32,17 @@ from gsense_fusion.report.words import one_sentence
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; returns the exit code: 0 whatever the verdict, 2 for unusable input (one line on stderr)."""
-    arguments = _parser().parse_args(argv)
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    if arguments.compare is not None:
+        if arguments.fit or arguments.held_out:
+            parser.error("--compare takes two reports or campaigns; it does not go with --fit and --held-out")
+        return _compare(arguments)
+    if not arguments.fit or arguments.out is None:
+        parser.error("--fit and --out are needed (or --compare OLD NEW)")
 
     def work() -> None:
-        result = _run(arguments)
+        result = _run(arguments, roles(arguments.fit, arguments.held_out))
         written = write_files(result, arguments.out)
         print(one_sentence(result))
         for path in written:
@@ -43,12 +51,30 @@ def main(argv: Sequence[str] | None = None) -> int:
     return guarded("close_loop", arguments.fit[0], arguments.out, work)
 
 
+def _compare(arguments: argparse.Namespace) -> int:
+    old, new = arguments.compare
+
+    def work() -> None:
+        console = Console(width=None if sys.stdout.isatty() else 200)
+        for path in compare_paths(old, new, arguments.out, lambda bags: _run(arguments, bags), console):
+            print(path)
+
+    return guarded("close_loop", new, arguments.out or old, work)
+
+
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="close_loop",
         description="Find what the declared gyro model lacks; show the error before and after on runs not fitted.",
     )
-    add_bag_arguments(parser)
+    add_bag_arguments(parser, required=False)
+    parser.add_argument(
+        "--compare",
+        nargs=2,
+        type=Path,
+        metavar=("OLD", "NEW"),
+        help="what changed between two reports (folder or report.json) or campaigns (folder with index.yaml or bags)",
+    )
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(
         "--declared", nargs="+", default=["bias", "g_sensitivity"], metavar="EFFECT", help="effects that the model has"
@@ -58,12 +84,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--rail-azimuth", type=float, metavar="DEG", help="of the rail's positive direction, from north over east"
     )
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the report")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="folder for the report")
     return parser
 
 
-def _run(arguments: argparse.Namespace) -> LoopResult:
-    bags = roles(arguments.fit, arguments.held_out)
+def _run(arguments: argparse.Namespace, bags: Sequence[tuple[Path, Role]]) -> LoopResult:
     own = [] if arguments.effects is None else own_effects(arguments.effects)
     replaced = {effect.name for effect in own}
     catalogue = (*own, *(e for e in CATALOGUE if e.name not in replaced))

@@ -11,7 +11,7 @@ from .run import (
     Run,
     ScalarSeries,
 )
-from .storage import BagError
+from .storage import BagError, is_bag
 
 __all__ = [
     "BagError",
@@ -23,5 +23,6 @@ __all__ = [
     "ReferencePose",
     "Run",
     "ScalarSeries",
+    "is_bag",
     "load_run",
 ]

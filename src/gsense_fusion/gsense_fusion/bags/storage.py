@@ -175,9 +175,9 @@ def _number(file: Path) -> tuple[int, str]:
 
 def _bag_folder(path: Path) -> Path:
     """The folder itself, or the only bag in it."""
-    if _is_bag(path):
+    if is_bag(path):
         return path
-    inner = sorted(folder for folder in path.iterdir() if folder.is_dir() and _is_bag(folder))
+    inner = sorted(folder for folder in path.iterdir() if folder.is_dir() and is_bag(folder))
     if len(inner) > 1:
         names = ", ".join(folder.name for folder in inner[:6])
         raise BagError(
@@ -188,8 +188,11 @@ def _bag_folder(path: Path) -> Path:
     return inner[0]
 
 
-def _is_bag(folder: Path) -> bool:
-    return (folder / "metadata.yaml").exists() or any(file.suffix in _SUFFIXES for file in folder.iterdir())
+def is_bag(path: Path) -> bool:
+    """Whether a path looks like one bag: its folder, or a storage file."""
+    if not path.is_dir():
+        return path.is_file() and path.suffix in _SUFFIXES
+    return (path / "metadata.yaml").exists() or any(file.suffix in _SUFFIXES for file in path.iterdir())
 
 
 def _listed(file: Path) -> bool:

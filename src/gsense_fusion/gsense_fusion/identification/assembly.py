@@ -25,6 +25,7 @@ from gsense_fusion.identification.metrics import (
     pose_floor,
     pose_rms,
 )
+from gsense_fusion.identification.precision import covariances, encoder_delay, not_found, rest_noise
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection, refinement_variance, template_stderr
@@ -51,6 +52,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, rest))
     traces = attitude_traces(folds)
     units = [c.unit_id for c in a.clean if c.unit_id]
+    absent, spreads = not_found(a)
     return LoopResult(
         sensor=a.clean[0].sensor,
         unit_id=units[0] if units else None,
@@ -74,6 +76,10 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         plots=_plots(a, traces),
         supply_reference=a.likelihood.source.supply_reference,
         direction=_direction(a),
+        covariances={**covariances(a), **spreads},
+        not_found=absent,
+        encoder_delay=encoder_delay(a),
+        rest_noise=rest_noise(a),
     )
 
 

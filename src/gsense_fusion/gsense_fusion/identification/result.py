@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from gsense_fusion.identification.metrics import AttitudeTrace, Rms
 from gsense_fusion.identification.types import FloatArray, Owner, Parameter
@@ -140,6 +142,22 @@ class Ranked:
 
 
 @dataclass(frozen=True, eq=False)
+class Covariance:
+    """Of the parameters in which an effect is linear: what a later comparison needs beside their standard errors."""
+
+    parameters: tuple[str, ...]
+    matrix: FloatArray
+    """Shape (p, p), in the parameters' units."""
+    plausible: FloatArray
+    """Sizes that stand as errors where the data does not identify a direction, shape (p,)."""
+
+    def ordered(self, parameters: Sequence[str]) -> Covariance:
+        """The same with its parameters in another order."""
+        index = [self.parameters.index(p) for p in parameters]
+        return Covariance(tuple(parameters), self.matrix[np.ix_(index, index)], self.plausible[index])
+
+
+@dataclass(frozen=True, eq=False)
 class Plots:
     """Arrays behind the report's figures; None or empty where the data has no such thing."""
 
@@ -184,6 +202,14 @@ class LoopResult:
     """V0 of supply_voltage, V."""
     direction: tuple[float, float, float] | None = None
     """Of the rail in the sensor's axes, in the mounting that most runs have."""
+    covariances: Mapping[str, Covariance] = field(default_factory=dict)
+    """By effect, of those in the full model and in `not_found`."""
+    not_found: Mapping[str, Mapping[str, Parameter]] = field(default_factory=dict)
+    """What the effects that were sought and not found would come to in the full model: how well they are excluded."""
+    encoder_delay: Parameter | None = None
+    """Of the IMU against the encoder, s."""
+    rest_noise: Mapping[str, Parameter] = field(default_factory=dict)
+    """Amplitude density of the noise from 4 to 20 Hz by axis, rad/s/sqrt(Hz)."""
 
     @property
     def verdict(self) -> str:

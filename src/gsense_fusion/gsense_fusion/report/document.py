@@ -15,7 +15,7 @@ SCHEMA = "gsense-close-loop/1"
 
 
 def report_document(result: LoopResult) -> dict[str, Any]:
-    """The content of report.json; `undecided` and `notes` are added to what the interface contract asks for."""
+    """The content of report.json; what follows attitude_rms is added to what the interface contract asks for."""
     unexplained = result.unexplained
     return {
         "schema": SCHEMA,
@@ -45,6 +45,16 @@ def report_document(result: LoopResult) -> dict[str, Any]:
             "madgwick": None if result.attitude_madgwick is None else _rms(result.attitude_madgwick),
             "unit": "rad",
         },
+        "not_found": {
+            effect: {name: _parameter(p) for name, p in parameters.items()}
+            for effect, parameters in result.not_found.items()
+        },
+        "covariances": {
+            effect: {"parameters": list(c.parameters), "matrix": c.matrix.tolist(), "plausible": c.plausible.tolist()}
+            for effect, c in result.covariances.items()
+        },
+        "encoder_delay": None if result.encoder_delay is None else _parameter(result.encoder_delay),
+        "rest_noise": {axis: _parameter(p) for axis, p in result.rest_noise.items()},
         "undecided": list(result.undecided),
         "notes": list(result.notes),
     }
@@ -52,7 +62,7 @@ def report_document(result: LoopResult) -> dict[str, Any]:
 
 def report_json(result: LoopResult) -> str:
     """report.json as text."""
-    return json.dumps(_plain(report_document(result)), indent=1, allow_nan=False) + "\n"
+    return json.dumps(plain(report_document(result)), indent=1, allow_nan=False) + "\n"
 
 
 def _parameter(parameter: Parameter, *, significant: bool = False) -> dict[str, Any]:
@@ -97,12 +107,12 @@ def _rms(rms: Rms, unit: str | None = None) -> dict[str, Any]:
     return out if unit is None else {**out, "unit": unit}
 
 
-def _plain(value: Any) -> Any:
-    """Numpy's scalars as Python's; what is not finite (an unbounded error) as null: JSON knows no infinity."""
+def plain(value: Any) -> Any:
+    """A document for JSON: numpy's scalars as Python's; what is not finite (an unbounded error) as null."""
     if isinstance(value, Mapping):
-        return {k: _plain(v) for k, v in value.items()}
+        return {k: plain(v) for k, v in value.items()}
     if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
+        return [plain(v) for v in value]
     if isinstance(value, bool | str) or value is None:
         return value
     if hasattr(value, "item"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from importlib import resources
 from typing import Any
 
@@ -10,7 +11,7 @@ from markupsafe import Markup
 
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.report import tables
-from gsense_fusion.report.figures import figures
+from gsense_fusion.report.figures import Figure, figures
 from gsense_fusion.report.units import DEG, number, rounded
 from gsense_fusion.report.words import (
     badge,
@@ -27,14 +28,19 @@ TEMPLATE, STYLE = "report.html.j2", "report.css"
 
 def report_html(result: LoopResult) -> str:
     """The page as text: equal input gives an equal page; all text from bags is escaped."""
+    return page(TEMPLATE, _content(result), figures(result))
+
+
+def page(name: str, content: Mapping[str, Any], drawings: Sequence[Figure]) -> str:
+    """A page of the report's look from one of the templates beside this file."""
     folder = resources.files(__package__)
     environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     environment.filters["pretty"] = tables.pretty
-    template = environment.from_string((folder / TEMPLATE).read_text(encoding="utf-8"))
+    template = environment.from_string((folder / name).read_text(encoding="utf-8"))
     # own text only, never a bag's: the style and Matplotlib's drawings
     style = Markup((folder / STYLE).read_text(encoding="utf-8"))  # noqa: S704
-    drawings = [(f, Markup(f.svg)) for f in figures(result)]  # noqa: S704
-    return template.render(_content(result), style=style, figures=drawings)
+    marked = [(f, Markup(f.svg)) for f in drawings]  # noqa: S704
+    return template.render(content, style=style, figures=marked)
 
 
 def _content(result: LoopResult) -> dict[str, Any]:

@@ -1,0 +1,1 @@
+"""What changed between two analyses: `snapshot` (a report as typed values) -> `differences` -> words, figures, page."""

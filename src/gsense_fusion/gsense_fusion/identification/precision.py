@@ -1,0 +1,87 @@
+"""How precisely an analysis knows things: what comparing it with another one takes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.analysis import Analysis
+from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.result import Covariance
+from gsense_fusion.identification.selection import refinement_variance, template_stderr
+from gsense_fusion.identification.types import AXES, Parameter
+
+NOISE_BAND_HZ = (4.0, 20.0)
+
+
+def covariances(a: Analysis) -> dict[str, Covariance]:
+    """Of every effect of the full model that is reported by the parameters in which it is linear."""
+    full = a.claims.full
+    known = (a.selection.effects[n] for n in a.selection.claimable() if n in full.names)
+    linear = (e for e in known if e.parameters and type(e).report is Effect.report)
+    return {e.name: _covariance(a.likelihood, full, e) for e in linear}
+
+
+def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bool = True) -> Covariance:
+    parts = [e for e in likelihood.effects if effect.name in (e.name, e.part_of)]
+    index = np.concatenate([likelihood.columns.index(frozenset({e.name})) for e in parts])
+    matrix = fit.covariance[np.ix_(index, index)]
+    if refined:
+        spread = sum(refinement_variance(likelihood, fit, e) for e in parts)
+        matrix = matrix + np.diag(np.asarray(spread)[index])
+    specs = [p for e in parts for p in e.parameters]
+    return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
+
+
+def not_found(a: Analysis) -> tuple[dict[str, dict[str, Parameter]], dict[str, Covariance]]:
+    """What each effect that is not in the full model would come to in it, with its covariance.
+
+    Effects whose shape is searched are left out, but for those that exist by one searched parameter alone (a delay).
+    """
+    values: dict[str, dict[str, Parameter]] = {}
+    spreads: dict[str, Covariance] = {}
+    for name in a.selection.claimable():
+        effect = a.selection.effects[name]
+        names = a.selection.with_parts(a.claims.full.names | {name})
+        searched = [t for t in effect.templates if not t.optional]
+        if name in a.claims.full.names or not a.selection.allowed(names) or not all(t.owns_effect for t in searched):
+            continue
+        fit = (a.selection.candidate(names) if searched else a.selection.rough(names)).fit
+        if effect.parameters:
+            spreads[name] = _covariance(a.likelihood, fit, effect, refined=False)
+            values[name] = _linear(a.likelihood, fit, effect)
+        for t in searched:
+            stderr = template_stderr(a.likelihood, fit, t)
+            values.setdefault(name, {})[t.name] = Parameter(fit.templates.get(t.field, t.default), stderr, t.unit)
+    return values, spreads
+
+
+def _linear(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
+    out = {}
+    for part in (e for e in likelihood.effects if effect.name in (e.name, e.part_of)):
+        for i, p in zip(likelihood.columns.index(frozenset({part.name})), part.parameters, strict=True):
+            out[p.name] = Parameter(float(fit.beta[i]), float(np.sqrt(fit.covariance[i, i])), p.unit)
+    return out
+
+
+def encoder_delay(a: Analysis) -> Parameter | None:
+    """Of the IMU against the encoder; None where no run moves."""
+    delay = a.campaign.delay
+    return Parameter(delay.value, delay.stderr, "s") if np.isfinite(delay.stderr) else None
+
+
+def rest_noise(a: Analysis) -> dict[str, Parameter]:
+    """Amplitude density of each axis over `NOISE_BAND_HZ` (to 0.4 of the sample rate), rad/s/sqrt(Hz)."""
+    low, high = NOISE_BAND_HZ[0], min(NOISE_BAND_HZ[1], 0.4 * a.campaign.rate_hz)
+    if high <= low:
+        return {}
+    windows = [w for r in a.campaign.runs for w in r.windows]
+    still = [w for w in windows if not w.moving] or windows
+    seconds = sum(len(w) for w in still) / a.campaign.rate_hz
+    relative = 0.5 / np.sqrt(max(seconds * (high - low), 1.0))
+    frequency = np.linspace(low, high, 200)
+    out = {}
+    for axis, model in a.noise.items():
+        value = float(np.sqrt(np.mean(model.psd(frequency))))
+        out[AXES[axis]] = Parameter(value, float(relative * value), "(rad/s)/sqrt(Hz)")
+    return out
