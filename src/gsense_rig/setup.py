@@ -17,7 +17,8 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
-        (f"share/{PACKAGE}/config", ["config/record_qos.yaml"]),
+        (f"share/{PACKAGE}/config", ["config/record_qos.yaml", "config/rig.yaml", "config/demo.yaml"]),
+        (f"share/{PACKAGE}/launch", [f"launch/{name}.launch.xml" for name in ("demo", "rig", "analysis")]),
     ],
     zip_safe=False,
     entry_points={

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 import threading
 import time
@@ -12,6 +13,7 @@ import rclpy
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.signals import SignalHandlerOptions
 
 from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
@@ -255,7 +257,11 @@ def make_executor() -> Any:
 
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
-    rclpy.init(args=args)
+    # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     node: Bridge | None = None
     try:
         node = Bridge()
@@ -263,9 +269,11 @@ def main(args: list[str] | None = None) -> int:
             return 2
         executor = make_executor()
         executor.add_node(node)
-        while rclpy.ok():  # not spin(): that of 7.1's EventsExecutor runs no callback and is deaf to signals
-            executor.spin_once(timeout_sec=0.5)
-    except (KeyboardInterrupt, ExternalShutdownException):
+        while (
+            rclpy.ok() and not ended.is_set()
+        ):  # not spin(): that of 7.1's EventsExecutor runs no callback and is deaf to signals
+            executor.spin_once(timeout_sec=0.2)
+    except ExternalShutdownException:
         pass
     except rclpy.exceptions.ParameterException as error:
         print(f"bridge: {error}", file=sys.stderr)  # noqa: T201 - there is no node to log by

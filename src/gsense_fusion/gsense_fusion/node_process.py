@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import sys
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +12,7 @@ import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
 
 
 def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
@@ -23,7 +26,11 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
     Returns:
         0, or 2 with one line on stderr for parameters or files that cannot be used.
     """
-    rclpy.init()
+    # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
+    ended = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: ended.set())
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     node: Node | None = None
     try:
         try:
@@ -33,15 +40,11 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
             return 2
         executor = _executor()
         executor.add_node(node)
-        while rclpy.ok():
+        while rclpy.ok() and not ended.is_set():
             # not spin(): the EventsExecutor of rclpy 7.1 blocks in it, without callbacks and deaf to signals
             executor.spin_once(timeout_sec=0.2)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         return 0
-    except Exception:
-        if rclpy.ok():
-            raise
-        return 0  # a signal closed the context while a callback was publishing
     finally:
         if node is not None:
             node.destroy_node()
