@@ -13,7 +13,7 @@ from tests.study.simulator.carriage import drive
 from tests.study.simulator.markov import realise
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.bags.run import ImuSeries, Run
+from gsense_fusion.bags.run import ImuSeries, JointSeries, PoseSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.effects.g_resonance import resonant
 from gsense_fusion.identification.effects.reversals import rock_rate
@@ -146,6 +146,24 @@ def test_sessions_and_losses() -> None:
     assert [c.session for c in clean] == [0, 0, 1, 1]
     assert [c.lost for c in clean] == [3] * 4
     assert np.array_equal(np.flatnonzero(~clean[0].valid), [100, 101, 500])
+
+
+def test_the_encoder_is_read_from_the_pose_or_else_from_the_joint() -> None:
+    t = np.arange(0, 10, 0.01)
+    run = _imu(t, np.zeros((1000, 3)), np.tile([0.0, 0.0, 9.8], (1000, 1)))
+    stamps, place = run.imu.stamp_ns, 0.1 * np.sin(t)
+    gap = np.where(np.arange(1000) < 10, np.nan, place)
+    joint = JointSeries(stamps, gap, np.full(1000, np.nan), np.full(1000, np.nan))
+    nowhere = replace(joint, position=np.full(1000, np.nan))
+    both, alone, none = (
+        clean_runs([(replace(run, pose=pose, joint=state), Role.FIT)])[0]
+        for pose, state in ((PoseSeries(stamps, place), nowhere), (None, joint), (None, nowhere))
+    )
+    assert both.pose is not None
+    assert np.array_equal(both.pose, place)
+    assert alone.pose is not None
+    assert np.array_equal(alone.pose, place[10:])
+    assert not none.has_rig
 
 
 def test_too_short_a_run_is_refused_by_name() -> None:

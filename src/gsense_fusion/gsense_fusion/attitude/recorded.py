@@ -61,7 +61,7 @@ def reference_of_run(run: Run, file: CompensationFile | None, stamp_ns: IntArray
         rows = np.searchsorted(imu.stamp_ns, stamp_ns)
         moving = ~resting(stamp_ns, imu.angular_rate[rows], imu.specific_force[rows])
         return reference_of(stamp_ns, orientation, moving)
-    place = run.pose or run.joint
+    place = run.encoder
     if place is None:
         raise AccuracyError("the bag has neither /reference/pose nor rig/*")
     known = (stamp_ns >= place.stamp_ns[0]) & (stamp_ns <= place.stamp_ns[-1])

@@ -140,3 +140,11 @@ class Run:
     unit_id: str | None = None
     notes: tuple[str, ...] = ()
     """What was odd in the bag and what was done about it, a line each."""
+
+    @property
+    def encoder(self) -> PoseSeries | None:
+        """Position along the rail: `rig/pose`, else `rig/joint_states`; None where neither tells it."""
+        if self.pose is not None or self.joint is None:
+            return self.pose
+        known = np.isfinite(self.joint.position)
+        return PoseSeries(self.joint.stamp_ns[known], self.joint.position[known]) if known.any() else None

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -103,7 +104,9 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     imu = run.imu
     if len(imu) < MIN_SAMPLES:
         raise IdentificationError(f"{run.path}: only {len(imu)} samples on {run.topic}; record at least {MIN_SAMPLES}")
-    _check_pose(run)
+    encoder = run.encoder
+    if encoder is not None:
+        _check_encoder(run.path, encoder.position)
     index, period = grid_index(imu.stamp_ns)
     n = int(index[-1]) + 1
     if n > 3 * len(imu):
@@ -140,8 +143,8 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         axes=axes,
         lost=n - len(imu),
         received=len(imu),
-        pose_time=None if run.pose is None else (run.pose.stamp_ns - epoch_ns) * 1e-9,
-        pose=None if run.pose is None else run.pose.position,
+        pose_time=None if encoder is None else (encoder.stamp_ns - epoch_ns) * 1e-9,
+        pose=None if encoder is None else encoder.position,
         temperature=_smooth(run.temperature, epoch_ns, time),
         unit_id=run.unit_id,
         notes=run.notes,
@@ -150,17 +153,13 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     )
 
 
-def _check_pose(run: Run) -> None:
-    if run.pose is None:
-        return
-    position = run.pose.position
+def _check_encoder(path: Path, position: FloatArray) -> None:
     if len(position) < MIN_SAMPLES:
-        raise IdentificationError(
-            f"{run.path}: only {len(position)} encoder positions on rig/pose; record the whole run"
-        )
+        raise IdentificationError(f"{path}: only {len(position)} encoder positions on rig/*; record the whole run")
     if not np.isfinite(position).all() or float(np.ptp(position)) > LONGEST_RAIL_M:
         raise IdentificationError(
-            f"{run.path}: rig/pose spans {np.ptp(position):.3g} m, no carriage on a rail does; position.x is in metres"
+            f"{path}: the encoder's positions span {np.ptp(position):.3g} m, no carriage on a rail does; "
+            "rig/pose's position.x and rig/joint_states' position are in metres"
         )
 
 
