@@ -18,6 +18,8 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
         (f"share/{PACKAGE}/config", ["config/record_qos.yaml", "config/rig.yaml", "config/demo.yaml"]),
+        (f"share/{PACKAGE}/urdf", ["urdf/rig.urdf"]),
+        (f"share/{PACKAGE}/system", ["system/99-gsense.rules", "system/gsense.service"]),
         (f"share/{PACKAGE}/launch", [f"launch/{name}.launch.xml" for name in ("demo", "rig", "analysis")]),
     ],
     zip_safe=False,

@@ -86,3 +86,14 @@ def test_launch_itself_reads_them(path: Path) -> None:
     frontend = pytest.importorskip("launch.frontend", reason="no launch here: it comes with an installed ROS only")
     root, parser = frontend.Parser.load(str(path))
     assert parser.parse_description(root).entities
+
+
+def test_the_robots_description_is_one_tree_with_the_messages_frames() -> None:
+    root = ET.parse(SOURCE / "gsense_rig/urdf/rig.urdf").getroot()
+    links = {str(link.get("name")) for link in root.findall("link")}
+    children = [str(joint.find("child").get("link")) for joint in root.findall("joint")]  # type: ignore[union-attr]
+    assert links - set(children) == {"rail"}
+    assert len(children) == len(set(children)) == len(links) - 1
+    assert {"mpu6050_link", "bno055_link"} <= links
+    moving = [joint for joint in root.findall("joint") if joint.get("type") != "fixed"]
+    assert [joint.get("name") for joint in moving] == ["carriage"]
