@@ -10,9 +10,21 @@ from enum import IntEnum
 from math import atan2, exp, pi, sqrt
 
 import numpy as np
-from numba import njit
 
-from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, length, to_earth, turn, turn_earth
+from gsense_fusion.compiling import kernel
+
+from .kernels import (
+    SIGNATURE_BATCH,
+    SIGNATURE_FIELD,
+    SIGNATURE_IMU,
+    length,
+    load,
+    store,
+    to_earth,
+    turn,
+    turn_earth,
+    vector,
+)
 
 
 class Cell(IntEnum):
@@ -103,7 +115,7 @@ _REST_TAU = 0.5
 _FIELD_TAU = 20.0
 
 
-@njit("void(f8[:, ::1], f8[::1], i8, f8, f8)", cache=True)
+@kernel("void(f8[:, ::1], f8[::1], i8, f8, f8)")
 def _measure(p, dx, j, residual, variance):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """The error state's number j is measured: Kalman update of covariance and error."""
     gain = np.empty(_N)
@@ -117,7 +129,7 @@ def _measure(p, dx, j, residual, variance):  # type: ignore[no-untyped-def] # no
             p[a, b] -= gain[a] * row[b]
 
 
-@njit("void(f8[::1], f8[:, ::1])", cache=True)
+@kernel("void(f8[::1], f8[:, ::1])")
 def _predict(m, p):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Covariance over the time since the last correction: tilt' = -R bias, velocity' = -[R f]x tilt."""
     t = m[_TIME]
@@ -139,7 +151,7 @@ def _predict(m, p):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
         p[i, i] += m[_Q_FORCE] * t + m[_Q_FORCE_SCALE] * m[_A2]
 
 
-@njit("void(f8[::1])", cache=True)
+@kernel("void(f8[::1])")
 def _correct(m):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Covariance up to now, velocity expected at zero, bias measured where it is still; errors into the state."""
     t = m[_TIME]
@@ -151,9 +163,10 @@ def _correct(m):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     if m[_STILL] >= m[_REST_S]:
         for i in range(3):
             _measure(p, dx, 2 + i, m[_WLOW + i] - m[_B + i], m[_R_REST] / t)
-        low = length(m[_FLOW : _FLOW + 3])
+        low = length((m[_FLOW], m[_FLOW + 1], m[_FLOW + 2]))
         m[_G] += t / 2.0 * (low - m[_G]) if t < 2.0 else 0.0
-    turn_earth(m[_K : _K + 4], dx[0], dx[1], 0.0)
+    k = m[_K : _K + 4]
+    store(k, turn_earth(load(k), (dx[0], dx[1], 0.0)))
     for i in range(3):
         m[_B + i] += dx[2 + i]
         m[_V + i] += dx[5 + i]
@@ -163,7 +176,7 @@ def _correct(m):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     m[_F:_WLOW] = 0.0
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1])", cache=True)
+@kernel("void(f8[::1], f8, f8[::1], f8[::1])")
 def _still(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """How long rate and specific force have stayed near their low-passes."""
     if m[_STARTED] == 0.0:
@@ -183,7 +196,7 @@ def _still(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, 
         m[_STILL] = 0.0
 
 
-@njit("b1(f8[::1], f8, f8, f8)", cache=True)
+@kernel("b1(f8[::1], f8, f8, f8)")
 def _undisturbed(m, age, norm, dip):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Whether a field fits its reference, which follows slowly; a field that stays elsewhere becomes the reference."""
     if m[_FIELDS] == 0.0:
@@ -206,13 +219,14 @@ def _undisturbed(m, age, norm, dip):  # type: ignore[no-untyped-def] # noqa: ANN
     return False
 
 
-@njit("void(f8[::1], f8[::1])", cache=True)
+@kernel("void(f8[::1], f8[::1])")
 def _heading(m, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """The filter's earth frame turned towards the horizontal field."""
-    norm = length(mag)
+    field = vector(mag)
+    norm = length(field)
     if not norm > 0.0:
         return
-    ex, ey, ez = to_earth(m[_K : _K + 4], mag[0], mag[1], mag[2])
+    ex, ey, ez = to_earth(load(m[_K : _K + 4]), field)
     age = m[_AGE]
     m[_AGE] = 0.0
     if not _undisturbed(m, age, norm, atan2(-ez, sqrt(ex * ex + ey * ey))):
@@ -223,7 +237,7 @@ def _heading(m, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     m[_DELTA] += max(1.0 - exp(-age / m[_TAU]), 1.0 / m[_FIELDS]) * off
 
 
-@njit("void(f8[::1], f8[::1], f8, f8[::1])", cache=True)
+@kernel("void(f8[::1], f8[::1], f8, f8[::1])")
 def _accumulate(m, k, dt, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Velocity, and what the covariance needs, over one sample."""
     w, x, y, z = k[0], k[1], k[2], k[3]
@@ -233,7 +247,7 @@ def _accumulate(m, k, dt, force):  # type: ignore[no-untyped-def] # noqa: ANN001
     m[_R + 3] += dt * 2.0 * (x * y + w * z)
     m[_R + 4] += dt * (1.0 - 2.0 * (x * x + z * z))
     m[_R + 5] += dt * 2.0 * (y * z - w * x)
-    ex, ey, ez = to_earth(k, force[0], force[1], force[2])
+    ex, ey, ez = to_earth(load(k), vector(force))
     ez_free = ez - m[_G]
     m[_V] += dt * ex
     m[_V + 1] += dt * ey
@@ -245,13 +259,13 @@ def _accumulate(m, k, dt, force):  # type: ignore[no-untyped-def] # noqa: ANN001
     m[_TIME] += dt
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
+@kernel("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)")
 def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     k = m[_K : _K + 4]
     wx, wy, wz = rate[0] - m[_B], rate[1] - m[_B + 1], rate[2] - m[_B + 2]
-    turn(k, dt, wx, wy, wz)
+    store(k, turn(load(k), dt, (wx, wy, wz)))
     m[_AGE] += dt
-    if length(force) > 0.0:
+    if length(vector(force)) > 0.0:
         _still(m, dt, rate, force)
         _accumulate(m, k, dt, force)
         m[_W2] += dt * (wx * wx + wy * wy + wz * wz)
@@ -262,22 +276,22 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     for i in range(4):
         m[i] = k[i]
     if m[_DELTA] != 0.0:
-        turn_earth(m, 0.0, 0.0, m[_DELTA])
+        store(m, turn_earth(load(m), (0.0, 0.0, m[_DELTA])))
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU)
 def imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
     """One sample without a field."""
     _step(m, dt, rate, force, rate, False)
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD)
 def field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
     """One sample with a field."""
     _step(m, dt, rate, force, mag, True)
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
     """Many samples."""
     out = np.empty((dt.shape[0], 4))

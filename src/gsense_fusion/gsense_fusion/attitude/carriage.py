@@ -15,7 +15,8 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import require_positive
 from .interface import FloatArray, IntArray
@@ -54,7 +55,7 @@ _SLACK_S = 0.1
 _NEW_BEGINNING_NS = 1_000_000_000
 
 
-@njit("f8[::1](f8[::1], f8[::1], f8, f8)", cache=True)
+@kernel("f8[::1](f8[::1], f8[::1], f8, f8)")
 def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Acceleration and jerk at `at` of the best cubic within `half` around it; NaN with too few positions."""
     lo, hi = np.searchsorted(t, at - half), np.searchsorted(t, at + half, side="right")
@@ -76,7 +77,7 @@ def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN0
     return out
 
 
-@njit("f8[::1](f8[:, ::1], f8[:, ::1], f8, f8[::1], f8[::1], f8, f8)", cache=True)
+@kernel("f8[::1](f8[:, ::1], f8[:, ::1], f8, f8[::1], f8[::1], f8, f8)")
 def _clean(p, c, dt, force, motion, variance, doubt):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """A step of the regression (covariance p, coefficients c: 3 axes x [1, acceleration, jerk]); the cleaned force."""
     out = np.full(3, np.nan)
@@ -97,9 +98,8 @@ def _clean(p, c, dt, force, motion, variance, doubt):  # type: ignore[no-untyped
     return out
 
 
-@njit(
-    "Tuple((f8[:, ::1], i8))(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], i8, f8[::1], f8[::1], f8[::1], f8, f8[::1])",
-    cache=True,
+@kernel(
+    "Tuple((f8[:, ::1], i8))(f8[:, ::1], f8[:, ::1], f8[::1], f8[:, ::1], i8, f8[::1], f8[::1], f8[::1], f8, f8[::1])"
 )
 def _clean_all(p, c, t, force, first, pt, position, settings, last_t, last):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Cleaned forces of the samples from `first` on, and the newest sample that was cleaned (-1: none)."""

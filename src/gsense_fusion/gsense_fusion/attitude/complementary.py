@@ -16,7 +16,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, require_not_negative, require_positive, unit_quaternion
 from .interface import FloatArray
@@ -24,11 +25,15 @@ from .kernels import (
     SIGNATURE_BATCH,
     SIGNATURE_FIELD,
     SIGNATURE_IMU,
+    SIGNATURE_STEP,
     heading_error,
     length,
+    load,
+    store,
     tilt_error,
     turn,
     turn_earth,
+    vector,
 )
 
 
@@ -65,37 +70,41 @@ class ComplementaryState:
 _AGE, _TAU, _HEADING_TAU, _GATE, _GRAVITY = 4, 5, 6, 7, 8
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
-def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    turn(m, dt, rate[0], rate[1], rate[2])
+@kernel(SIGNATURE_STEP)
+def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    q = turn(q, dt, rate)
     m[_AGE] += dt
     norm = length(force)
     if norm > 0.0 and abs(norm - m[_GRAVITY]) <= m[_GATE]:  # figure 5.2
         share = dt / (m[_TAU] + dt)  # 1 - alpha, equation 5.2
-        rx, ry, _ = tilt_error(m, force)
-        turn_earth(m, share * rx, share * ry, 0.0)  # equation 5.1
+        rx, ry, _ = tilt_error(q, force)
+        q = turn_earth(q, (share * rx, share * ry, 0.0))  # equation 5.1
     if has_field and length(mag) > 0.0:
-        turn_earth(m, 0.0, 0.0, m[_AGE] / (m[_HEADING_TAU] + m[_AGE]) * heading_error(m, mag))
+        q = turn_earth(q, (0.0, 0.0, m[_AGE] / (m[_HEADING_TAU] + m[_AGE]) * heading_error(q, mag)))
         m[_AGE] = 0.0
+    return q
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU, allocates=False)
 def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, rate, False)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), (0.0, 0.0, 0.0), False))
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD, allocates=False)
 def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, mag, True)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), vector(mag), True))
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
     fields = mag.shape[0] > 0
+    q = load(m)
     for i in range(dt.shape[0]):
-        _step(m, dt[i], rate[i], force[i], mag[i] if fields else rate[i], fields)
-        out[i] = m[:4]
+        field = vector(mag[i]) if fields else (0.0, 0.0, 0.0)
+        q = _step(m, q, dt[i], vector(rate[i]), vector(force[i]), field, fields)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+    store(m, q)
     return out
 
 

@@ -8,11 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, unit_quaternion
 from .interface import FloatArray
-from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, turn
+from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, load, store, turn, vector
 
 
 @dataclass(frozen=True)
@@ -28,22 +29,24 @@ class GyroOnlyState:
     """Body -> ENU, (w, x, y, z), shape (4,)."""
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU, allocates=False)
 def _imu(m, dt, rate, _force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    turn(m, dt, rate[0], rate[1], rate[2])
+    store(m, turn(load(m), dt, vector(rate)))
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD, allocates=False)
 def _field(m, dt, rate, _force, _mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    turn(m, dt, rate[0], rate[1], rate[2])
+    store(m, turn(load(m), dt, vector(rate)))
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def _batch(m, dt, rate, _force, _mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
+    q = load(m)
     for i in range(dt.shape[0]):
-        turn(m, dt[i], rate[i, 0], rate[i, 1], rate[i, 2])
-        out[i] = m[:4]
+        q = turn(q, dt[i], vector(rate[i]))
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+    store(m, q)
     return out
 
 

@@ -19,11 +19,24 @@ from dataclasses import dataclass
 from math import radians
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, require_not_negative, require_positive, unit_quaternion
 from .interface import FloatArray
-from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, heading_error, length, tilt_error, turn
+from .kernels import (
+    SIGNATURE_BATCH,
+    SIGNATURE_FIELD,
+    SIGNATURE_IMU,
+    SIGNATURE_STEP,
+    heading_error,
+    length,
+    load,
+    store,
+    tilt_error,
+    turn,
+    vector,
+)
 
 
 @dataclass(frozen=True)
@@ -65,7 +78,7 @@ class KalmanState:
 _BIAS, _P, _Q_ANGLE, _Q_BIAS, _R, _R_HEADING = 4, 7, 16, 17, 18, 19
 
 
-@njit("f8(f8[::1], i8, f8, f8)", cache=True)
+@kernel("f8(f8[::1], i8, f8, f8)")
 def _correct(m, axis, innovation, variance):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Measurement of one angle, C = [1 0]; the bias is corrected, the angle's correction returned."""
     at = _P + 3 * axis
@@ -78,19 +91,19 @@ def _correct(m, axis, innovation, variance):  # type: ignore[no-untyped-def] # n
     return k1 * innovation
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
-def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    turn(m, dt, rate[0] - m[_BIAS], rate[1] - m[_BIAS + 1], rate[2] - m[_BIAS + 2])  # equation 5.14
+@kernel(SIGNATURE_STEP)
+def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    q = turn(q, dt, (rate[0] - m[_BIAS], rate[1] - m[_BIAS + 1], rate[2] - m[_BIAS + 2]))  # equation 5.14
     for axis in range(3):
         at = _P + 3 * axis  # A P A' + Q
         m[at] += dt * (dt * m[at + 2] - 2.0 * m[at + 1] + m[_Q_ANGLE])
         m[at + 1] -= dt * m[at + 2]
         m[at + 2] += dt * m[_Q_BIAS]
-    w, x, y, z = m[0], m[1], m[2], m[3]
+    w, x, y, z = q
     up = (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
     tx = ty = tz = 0.0
     if length(force) > 0.0:
-        ex, ey, _ = tilt_error(m, force)
+        ex, ey, _ = tilt_error(q, force)
         # the turn's axis is horizontal: earth -> body
         bx = ex * (1.0 - 2.0 * (y * y + z * z)) + ey * 2.0 * (x * y + w * z)
         by = ex * 2.0 * (x * y - w * z) + ey * (1.0 - 2.0 * (x * x + z * z))
@@ -100,31 +113,34 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
         ty = _correct(m, 1, by, m[_R] / max(1.0 - up[1] * up[1], floor))
         tz = _correct(m, 2, bz, m[_R] / max(1.0 - up[2] * up[2], floor))
     if has_field and length(mag) > 0.0:
-        turned = heading_error(m, mag)
+        turned = heading_error(q, mag)
         floor = 1e-6
         tx += _correct(m, 0, turned * up[0], m[_R_HEADING] / max(up[0] * up[0], floor))
         ty += _correct(m, 1, turned * up[1], m[_R_HEADING] / max(up[1] * up[1], floor))
         tz += _correct(m, 2, turned * up[2], m[_R_HEADING] / max(up[2] * up[2], floor))
-    turn(m, 1.0, tx, ty, tz)
+    return turn(q, 1.0, (tx, ty, tz))
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU, allocates=False)
 def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, rate, False)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), (0.0, 0.0, 0.0), False))
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD, allocates=False)
 def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, mag, True)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), vector(mag), True))
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
     fields = mag.shape[0] > 0
+    q = load(m)
     for i in range(dt.shape[0]):
-        _step(m, dt[i], rate[i], force[i], mag[i] if fields else rate[i], fields)
-        out[i] = m[:4]
+        field = vector(mag[i]) if fields else (0.0, 0.0, 0.0)
+        q = _step(m, q, dt[i], vector(rate[i]), vector(force[i]), field, fields)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+    store(m, q)
     return out
 
 

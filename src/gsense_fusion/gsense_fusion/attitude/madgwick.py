@@ -18,11 +18,22 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, require_not_negative, unit_quaternion
 from .interface import FloatArray
-from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, length, turn
+from .kernels import (
+    SIGNATURE_BATCH,
+    SIGNATURE_FIELD,
+    SIGNATURE_IMU,
+    SIGNATURE_STEP,
+    length,
+    load,
+    store,
+    turn,
+    vector,
+)
 
 
 @dataclass(frozen=True)
@@ -50,13 +61,12 @@ class MadgwickState:
 _BETA_IMU, _BETA_MARG = 4, 5
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
-def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    w, x, y, z = m[0], m[1], m[2], m[3]
+@kernel(SIGNATURE_STEP)
+def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    w, x, y, z = q
 
     # gyro: q turned by the rate over dt, the exact solution of eq. 12; the gradient is taken before
-    turn(m, dt, rate[0], rate[1], rate[2])
-    pw, px, py, pz = m[0], m[1], m[2], m[3]
+    pw, px, py, pz = turn(q, dt, rate)
 
     norm = length(force)
     if norm > 0.0:
@@ -102,26 +112,29 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
             pz -= gain * gz
 
     scale = 1.0 / sqrt(pw * pw + px * px + py * py + pz * pz)
-    m[0], m[1], m[2], m[3] = pw * scale, px * scale, py * scale, pz * scale
+    return (pw * scale, px * scale, py * scale, pz * scale)
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU, allocates=False)
 def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, rate, False)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), (0.0, 0.0, 0.0), False))
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD, allocates=False)
 def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, mag, True)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), vector(mag), True))
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
     fields = mag.shape[0] > 0
+    q = load(m)
     for i in range(dt.shape[0]):
-        _step(m, dt[i], rate[i], force[i], mag[i] if fields else rate[i], fields)
-        out[i] = m[:4]
+        field = vector(mag[i]) if fields else (0.0, 0.0, 0.0)
+        q = _step(m, q, dt[i], vector(rate[i]), vector(force[i]), field, fields)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+    store(m, q)
     return out
 
 

@@ -14,11 +14,23 @@ from dataclasses import dataclass, field
 from math import sqrt
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, require_not_negative, unit_quaternion
 from .interface import FloatArray
-from .kernels import SIGNATURE_BATCH, SIGNATURE_FIELD, SIGNATURE_IMU, length, to_earth, turn
+from .kernels import (
+    SIGNATURE_BATCH,
+    SIGNATURE_FIELD,
+    SIGNATURE_IMU,
+    SIGNATURE_STEP,
+    length,
+    load,
+    store,
+    to_earth,
+    turn,
+    vector,
+)
 
 
 @dataclass(frozen=True)
@@ -52,9 +64,9 @@ class MahonyState:
 _BIAS, _AGE, _KP, _KI, _LONGEST = 4, 7, 8, 9, 10
 
 
-@njit("void(f8[::1], f8, f8[::1], f8[::1], f8[::1], b1)", cache=True)
-def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    w, x, y, z = m[0], m[1], m[2], m[3]
+@kernel(SIGNATURE_STEP)
+def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    w, x, y, z = q
     vx, vy, vz = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)  # up, in the body
     m[_AGE] += dt
     ex = ey = ez = 0.0  # correction, integrated over dt: rad
@@ -66,7 +78,7 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     if has_field and length(mag) > 0.0:
         strength = length(mag)
         mx, my, mz = mag[0] / strength, mag[1] / strength, mag[2] / strength
-        hx, hy, hz = to_earth(m, mx, my, mz)
+        hx, hy, hz = to_earth(q, (mx, my, mz))
         north = sqrt(hx * hx + hy * hy)
         bx = 2.0 * north * (x * y + w * z) + hz * vx  # [0, north, hz] in the body
         by = north * (1.0 - 2.0 * (x * x + z * z)) + hz * vy
@@ -80,32 +92,34 @@ def _step(m, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] #
     m[_BIAS + 1] -= m[_KI] * ey
     m[_BIAS + 2] -= m[_KI] * ez
     kp = m[_KP]
-    turn(
-        m,
-        1.0,
+    angle = (
         dt * (rate[0] - m[_BIAS]) + kp * ex,
         dt * (rate[1] - m[_BIAS + 1]) + kp * ey,
         dt * (rate[2] - m[_BIAS + 2]) + kp * ez,
     )
+    return turn(q, 1.0, angle)
 
 
-@njit(SIGNATURE_IMU, cache=True)
+@kernel(SIGNATURE_IMU, allocates=False)
 def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, rate, False)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), (0.0, 0.0, 0.0), False))
 
 
-@njit(SIGNATURE_FIELD, cache=True)
+@kernel(SIGNATURE_FIELD, allocates=False)
 def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    _step(m, dt, rate, force, mag, True)
+    store(m, _step(m, load(m), dt, vector(rate), vector(force), vector(mag), True))
 
 
-@njit(SIGNATURE_BATCH, cache=True)
+@kernel(SIGNATURE_BATCH)
 def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     out = np.empty((dt.shape[0], 4))
     fields = mag.shape[0] > 0
+    q = load(m)
     for i in range(dt.shape[0]):
-        _step(m, dt[i], rate[i], force[i], mag[i] if fields else rate[i], fields)
-        out[i] = m[:4]
+        field = vector(mag[i]) if fields else (0.0, 0.0, 0.0)
+        q = _step(m, q, dt[i], vector(rate[i]), vector(force[i]), field, fields)
+        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
+    store(m, q)
     return out
 
 

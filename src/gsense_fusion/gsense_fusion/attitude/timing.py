@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from gsense_fusion.compiling import kernel
 
 from .interface import FloatArray, IntArray
 
@@ -112,7 +113,7 @@ class StepTimer:
         return used[:taken], dt[:taken], taken
 
 
-@njit("i8(f8, f8[::1])", cache=True)
+@kernel("i8(f8, f8[::1])")
 def _follow(interval, rhythm):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Samples that an interval lacks; the usual one is followed.
 
@@ -133,7 +134,7 @@ def _follow(interval, rhythm):  # type: ignore[no-untyped-def] # noqa: ANN001, A
     return round(interval / usual) - 1 if longer else 0
 
 
-@njit("Tuple((b1[::1], f8[::1], i8, i8))(i8[::1], i8, i8, f8, f8[::1], i8[::1])", cache=True)
+@kernel("Tuple((b1[::1], f8[::1], i8, i8))(i8[::1], i8, i8, f8, f8[::1], i8[::1])")
 def _steps(stamps, newest, reset_back, longest, rhythm, counts):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     n = stamps.shape[0]
     used, dt = np.zeros(n, dtype=np.bool_), np.zeros(n)

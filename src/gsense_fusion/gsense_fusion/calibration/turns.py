@@ -15,12 +15,12 @@ from dataclasses import dataclass
 from math import cos, sin, sqrt
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.stats import f as fisher
 from scipy.stats import norm, t
 
 from gsense_fusion.compensation import AccelerometerCorrection, Matrix
+from gsense_fusion.compiling import kernel
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.stillness import still_stretches
 
@@ -178,7 +178,7 @@ def _residuals(turns: Sequence[Turn], M: FloatArray) -> tuple[FloatArray, FloatA
     return np.array(r), np.array(J)
 
 
-@njit("Tuple((f8[:, ::1], f8[:, ::1]))(f8[:, ::1], f8)", cache=True)
+@kernel("Tuple((f8[:, ::1], f8[:, ::1]))(f8[:, ::1], f8)")
 def _integrate(rate, dt):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Turn from the first to the last instant (end -> start axes), and int R[:, a] w_b dt, shape (3, 9)."""
     R = np.eye(3)

@@ -9,7 +9,8 @@ from __future__ import annotations
 from math import cos, exp, isfinite, pi, sin, sqrt
 
 import numpy as np
-from numba import njit
+
+from gsense_fusion.compiling import kernel
 
 CAPACITY = 512
 """Samples of specific force that are remembered: 2.5 s at 200 Hz."""
@@ -27,7 +28,7 @@ MEMORY = 16
 """Numbers that a term remembers: resonance 0 y, 1 y', 2 d.f, 3 set; temperature 0..2 state, 3..8 covariance, 9 set."""
 
 
-@njit("f8(f8[::1], f8, f8, f8)", cache=True)
+@kernel("f8(f8[::1], f8, f8, f8)")
 def _temperature(m, lag, dt, reading):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Temperature that the sensing element has, degrees Celsius; NaN before the first reading.
 
@@ -76,7 +77,7 @@ def _temperature(m, lag, dt, reading):  # type: ignore[no-untyped-def] # noqa: A
     return m[2]
 
 
-@njit("f8(f8[::1], f8, f8, f8, f8)", cache=True)
+@kernel("f8(f8[::1], f8, f8, f8, f8)")
 def _resonance(m, f0, damping, dt, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Output of y'' + 2 z w y' + w^2 y = w^2 u, exact for a force that is linear between samples."""
     if m[3] == 0.0 or dt > STALE_S:
@@ -95,7 +96,7 @@ def _resonance(m, f0, damping, dt, force):  # type: ignore[no-untyped-def] # noq
     return m[0]
 
 
-@njit("void(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[::1])", cache=True)
+@kernel("void(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[::1])")
 def _force_at(ring, stamps, forces, wanted, newest, out):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Specific force at a time of the past, linear between samples; the oldest where none is so old."""
     count = ring[1]
@@ -114,7 +115,7 @@ def _force_at(ring, stamps, forces, wanted, newest, out):  # type: ignore[no-unt
         out[i] = forces[later, i]
 
 
-@njit("b1(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[:, ::1])", cache=True)
+@kernel("b1(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[:, ::1])")
 def _slope_at(ring, stamps, forces, wanted, newest, scratch):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """Slope of the force at the end of a least-squares parabola, to scratch[1]; False with fewer than four samples."""
     s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0
@@ -147,7 +148,7 @@ def _slope_at(ring, stamps, forces, wanted, newest, scratch):  # type: ignore[no
     return True
 
 
-@njit("void(f8[::1], f8[::1], f8[::1])", cache=True)
+@kernel("void(f8[::1], f8[::1], f8[::1])")
 def _take(row, regressor, rate):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     for i in range(3):
         taken = row[3 * i] * regressor[0] + row[3 * i + 1] * regressor[1] + row[3 * i + 2] * regressor[2]
@@ -158,7 +159,7 @@ _FIRST = "void(i8[::1], f8[:, ::1], i8, i8[::1], i8[::1], f8[:, ::1], f8[:, ::1]
 _STEP = _FIRST + "f8[::1], i8, f8[::1], f8[::1])"
 
 
-@njit(_STEP, cache=True)
+@kernel(_STEP, allocates=False)
 def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001, C901, PLR0912, PLR0915
     """Take all terms off one sample.
 
@@ -205,7 +206,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
             if isfinite(inputs[1]):
                 for i in range(3):
                     rate[i] -= row[i] * (inputs[1] - row[12])
-        elif kind in {7, 8}:
+        elif 7 <= kind <= 8:
             v = inputs[2]
             if isfinite(v):
                 if kind == 7:
@@ -242,7 +243,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
 _BATCH = _FIRST + "f8[:, ::1], i8[::1], f8[:, ::1], f8[:, ::1])"
 
 
-@njit(_BATCH, cache=True)
+@kernel(_BATCH)
 def batch(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001
     """`step` over n samples; `inputs`, `force` and `rate` have shape (n, 3)."""
     for i in range(stamp.shape[0]):
