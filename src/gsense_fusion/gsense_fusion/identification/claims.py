@@ -7,18 +7,19 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gsense_fusion.identification.alternatives import p_beside
 from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
 from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
 from gsense_fusion.identification.predict import Prediction, Predictor
 from gsense_fusion.identification.residual import WindowResidual, residuals
 from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection, template_sound
-from gsense_fusion.identification.sufficiency import Symptom, find_symptoms, order_energy
+from gsense_fusion.identification.sufficiency import FAMILIES, FAMILY_ALPHA, Symptom, find_symptoms, order_energy
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.whitened import Gram
 
-SLOW_CLAIM_GAIN = 40.0
-"""Least gain in twice the log-likelihood of what block means alone show: a step is sought at every instant."""
+SLOW_ALPHA = FAMILY_ALPHA / FAMILIES
+"""Of what block means alone show: the chance that drift makes any of the slow alternatives gain as much."""
 REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
 LOCKED_PART = 0.8
@@ -59,8 +60,10 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif selection.gain(best, name)[0] < (RIVAL_LOGLIK if dynamic else SLOW_CLAIM_GAIN):
+        elif selection.gain(best, name)[0] < RIVAL_LOGLIK:
             notes.append(f"{name} hardly improves the fit: no claim")
+        elif not dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
+            notes.append(f"{name} gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
         elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
             notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
         elif dynamic and not survives(selection, best, name):
@@ -87,6 +90,12 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+
+
+def _by_chance(selection: Selection, best: Fit, name: str) -> float:
+    """Chance that drift alone makes some slow effect gain as much as this one does beside the others."""
+    rest = selection.candidate(best.names - selection.with_dependants(best.names, name)).fit
+    return p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
 
 
 def explain_noise(

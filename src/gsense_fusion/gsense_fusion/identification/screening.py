@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gsense_fusion.identification.alternatives import slow_residual, step_places, steps
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.slow import SlowNoise
 from gsense_fusion.identification.store import predicted
@@ -11,7 +12,6 @@ from gsense_fusion.identification.types import FloatArray
 from gsense_fusion.identification.whitened import USED_BAND, window_bins
 
 TRIED = 3
-MIN_STEP_BLOCKS = 8
 POSITION_STEP = 1e-4
 """m: ripples down to twice this are seen."""
 LONGEST_PITCH = 0.04
@@ -33,13 +33,9 @@ def screened(field: str, likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
 def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
     """Between which blocks a step of the bias gains most, drift being as at rest, s."""
     blocks = likelihood.blocks
-    residual = blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
-    inner = [i for i in range(1, len(blocks)) if blocks.session[i] == blocks.session[i - 1]]
-    if len(inner) < MIN_STEP_BLOCKS:
-        return ()
+    residual = slow_residual(likelihood, fit)
     gains = []
-    for i in inner:
-        step = ((blocks.session == blocks.session[i]) & (np.arange(len(blocks)) >= i)).astype(float)
+    for i, step in zip(step_places(blocks), steps(blocks).T, strict=True):
         gain = sum(step_gain(s, step, residual[:, a], fit.drift[a])[0] for a, s in likelihood.slow.items())
         quiet = likelihood.rest_drift
         gain += sum(step_gain(s, step, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())

@@ -83,12 +83,22 @@ class Selection:
         """Forward, backward and swap steps until none improves."""
         best = self.candidate(self.declared)
         while True:
-            near = sorted((self.rough(n) for n in self._neighbours(best.fit.names)), key=lambda c: -c.score)
+            near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
+            near.sort(key=lambda c: -c.score)
+            if not near:
+                return best
             near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
             step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)
             if step.score <= best.score + 1e-6:
                 return best
             best = step
+
+    def _adds(self, larger: Fit, smaller: Fit) -> bool:
+        """Whether a model with more effects has more parameters that the data identifies; any other model may."""
+        if not larger.names > smaller.names:
+            return True
+        searched = any(not t.optional for t in self._specs(larger.names - smaller.names))
+        return searched or larger.rank > smaller.rank
 
     def _neighbours(self, names: frozenset[str]) -> Iterable[frozenset[str]]:
         free = [n for n in self.effects if n not in names]

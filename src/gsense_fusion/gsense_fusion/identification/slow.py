@@ -64,10 +64,14 @@ class Drift:
 
 
 @dataclass(frozen=True, eq=False)
-class _GridPoint:
+class GridPoint:
+    """Strengths that are tried, with what they make of the blocks."""
+
     strengths: Drift
     projector: FloatArray
+    """P = K^-1 - K^-1 H (H' K^-1 H)^-1 H' K^-1 with the sessions' biases H, shape (b, b)."""
     logdet: float
+    """ln|K| + ln|H' K^-1 H|."""
 
 
 class SlowNoise:
@@ -120,11 +124,11 @@ class SlowNoise:
 
     def grid_logliks(self, residual: FloatArray, columns: FloatArray) -> FloatArray:
         """Marginal log-likelihood at every point of the grid of strengths, shape (points,)."""
-        return np.array([-self._absorbed(p.projector, p.logdet, residual, columns)[0] for p in self._grid])
+        return np.array([-self._absorbed(p.projector, p.logdet, residual, columns)[0] for p in self.grid])
 
     def strengths(self, point: int) -> Drift:
         """Strengths at a point of the grid."""
-        return self._grid[point].strengths
+        return self.grid[point].strengths
 
     def refine(self, residual: FloatArray, columns: FloatArray, start: Drift, prior: Drift) -> Drift:
         """Drift strengths of maximum marginal likelihood.
@@ -163,14 +167,14 @@ class SlowNoise:
         return 0.5 * (float(residual @ projector @ residual) + logdet), projector
 
     @cached_property
-    def _grid(self) -> list[_GridPoint]:
+    def grid(self) -> list[GridPoint]:
         """Projectors of all combinations of strengths; they depend on the blocks alone, so every model reuses them."""
         out = []
         for flicker in GRID:
             for walk in GRID:
                 drift = Drift(self.white_psd * flicker, self.white_psd * walk * WALK_SCALE)
                 projector, logdet = self._projector(drift)
-                out.append(_GridPoint(drift, projector, logdet))
+                out.append(GridPoint(drift, projector, logdet))
         return out
 
     def _projector(self, drift: Drift) -> tuple[FloatArray, float]:

@@ -13,10 +13,10 @@ import numpy as np
 from scipy.stats import chi2, norm
 from scipy.stats import f as fisher
 
+from gsense_fusion.identification.alternatives import beside, slow_residual, step_places, steps
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
-from gsense_fusion.identification.screening import MIN_STEP_BLOCKS, step_gain
-from gsense_fusion.identification.slow import estimate_drifts
+from gsense_fusion.identification.screening import step_gain
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
@@ -250,16 +250,13 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> 
         square[i] = float(np.mean(kin.acceleration[w.start : w.stop] ** 2))
     if np.ptp(square) < 0.1:
         return []
-    ratio = np.zeros(3)
-    slope = np.zeros(3)
-    residual = likelihood.blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
-    for axis, slow in likelihood.slow.items():
-        gram = slow.gram(square[:, None], residual[:, axis], fit.drift[axis])
-        slope[axis] = gram.xy[0] / gram.xx[0, 0]
-        ratio[axis] = gram.xy[0] ** 2 / gram.xx[0, 0] / level
-    p = float(chi2.sf(ratio.sum(), len(likelihood.slow)))
+    found = beside(likelihood, fit, square[:, None])
+    if chi2.sf(found.gains[0] / level, len(likelihood.slow)) > alpha:
+        return []
+    p = found.p_value(float(found.gains[0]) / level)
     if p > alpha:
         return []
+    ratio, slope = _sizes(likelihood, fit, square)
     rms = float(np.linalg.norm(slope) * np.sqrt(np.mean(square**2)))
     text = "the mean rate depends on the mean square of the acceleration (rectification)"
     return [Symptom("intensity", _names(chi2.sf(ratio, 1) < 0.01), p, rms, (), text)]
@@ -268,30 +265,26 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> 
 def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     """A step of the bias: does one make the session likelier although drift is free to take it up instead?"""
     blocks = likelihood.blocks
-    residual = blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta
-    times = [i for i in range(1, len(blocks)) if blocks.session[i] == blocks.session[i - 1]]
-    if len(times) < MIN_STEP_BLOCKS:
+    columns = steps(blocks)
+    if not columns.shape[1]:
         return []
-    quiet = likelihood.rest_drift
-    steps = {i: ((blocks.session == blocks.session[i]) & (np.arange(len(blocks)) >= i)).astype(float) for i in times}
-    gains = {
-        i: sum(step_gain(s, x, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
-        for i, x in steps.items()
-    }
-    best = max(gains, key=lambda i: gains[i])
-    size = np.zeros(3)
-    for axis, slow in likelihood.slow.items():
-        size[axis] = step_gain(slow, steps[best], residual[:, axis], quiet[axis])[1]
-    without = residual - steps[best][:, None] * size
-    drift = estimate_drifts(likelihood.slow, without, {axis: np.zeros((len(blocks), 0)) for axis in likelihood.slow})
-    ratio = 2 * sum(
-        slow.loglik(without[:, axis], drift[axis]) - slow.loglik(residual[:, axis], fit.drift[axis])
-        for axis, slow in likelihood.slow.items()
-    )
-    p = float(min(1.0, len(times) * chi2.sf(max(ratio, 0.0), len(likelihood.slow))))
+    found = beside(likelihood, fit, columns)
+    best = int(np.argmax(found.gains))
+    p = found.p_value(float(found.gains[best]))
     if p > alpha:
         return []
+    _, size = _sizes(likelihood, fit, columns[:, best])
     axis = int(np.argmax(np.abs(size)))
-    text = f"the bias steps at {blocks.time[best] - blocks.duration[best] / 2:.0f} s, most on {AXES[axis]}"
+    place = step_places(blocks)[best]
+    text = f"the bias steps at {blocks.time[place] - blocks.duration[place] / 2:.0f} s, most on {AXES[axis]}"
     axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
     return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
+
+
+def _sizes(likelihood: Likelihood, fit: Fit, column: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gain in twice the log-likelihood and size in the column's unit, by axis, at the model's drift, each (3,)."""
+    ratio, size = np.zeros(3), np.zeros(3)
+    residual = slow_residual(likelihood, fit)
+    for axis, slow in likelihood.slow.items():
+        ratio[axis], size[axis] = step_gain(slow, column, residual[:, axis], fit.drift[axis])
+    return ratio, size

@@ -1,0 +1,46 @@
+"""What drift alone gains by chance: p-values of drift are uniform, a true step is far out, a temperature too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.study.simulator.parameters import DEG
+from tests.study.slow_chance import KINDS, best_alternative, session
+
+from gsense_fusion.identification.alternatives import step_places, steps
+from gsense_fusion.identification.slow import Blocks
+
+SESSIONS = 6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_drift_alone_is_no_slow_effect(kind: str) -> None:
+    found = [best_alternative(session(kind, seed, 300.0)) for seed in range(SESSIONS)]
+    p = np.array([f.p_value(float(f.gains.max())) for f in found])
+    assert p.min() > 1e-3  # the least of six is under it once in 170
+    assert p.max() > 0.3
+
+
+def test_a_step_beyond_drift_is_seen_and_where_it_is() -> None:
+    blocks = session("flicker and walk", 3, 300.0)
+    middle = len(blocks) // 2
+    jump = 0.02 * DEG * (np.arange(len(blocks)) >= middle)
+    found = best_alternative(replace(blocks, rate=blocks.rate + jump[:, None] * np.array([1.0, -0.5, 0.2])))
+    best = int(np.argmax(found.gains))
+    assert step_places(blocks)[best] == middle
+    assert found.p_value(float(found.gains[best])) < 1e-4
+    assert found.gain_for(1e-3) > found.gain_for(1e-2) > found.gain_for(0.3) > 0
+
+
+def test_steps_stay_in_their_session() -> None:
+    sessions = np.array([0] * 6 + [1] * 6)
+    zero = np.zeros(12, dtype=np.int64)
+    blocks = Blocks(np.arange(12) * 8.0, np.full(12, 8.0), np.zeros((12, 3)), sessions, zero, zero)
+    columns = steps(blocks)
+    assert columns.shape == (12, 10)
+    assert not columns[6:, :5].any()
+    assert not columns[:6, 5:].any()
+    few = blocks.part(np.arange(12) < 8)
+    assert steps(few).shape == (8, 0)
