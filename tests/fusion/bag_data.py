@@ -14,10 +14,12 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 ROOT = Path(__file__).resolve().parents[2]
 LINK_MSG = (ROOT / "src/gsense_msgs/msg/LinkStatus.msg").read_text(encoding="utf-8")
+STATE_MSG = (ROOT / "src/gsense_msgs/msg/RigState.msg").read_text(encoding="utf-8")
 OTHER_MSG = "std_msgs/Header header\nfloat64[] readings\nstring remark\n"
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 STORE.register(get_types_from_msg(LINK_MSG, "gsense_msgs/msg/LinkStatus"))
+STORE.register(get_types_from_msg(STATE_MSG, "gsense_msgs/msg/RigState"))
 STORE.register(get_types_from_msg(OTHER_MSG, "unheard_of_msgs/msg/Reading"))
 
 START_NS = 1_760_000_000_000_000_000

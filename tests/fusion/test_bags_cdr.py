@@ -31,6 +31,9 @@ def _random(kind: str, frame: str, joints: int) -> Any:
         names = [f"joint{i}" for i in range(joints - 1)] + ["carriage"]
         values = {"position": RNG.normal(size=joints), "velocity": RNG.normal(size=joints)}
         return message(kind, header=header(stamp, frame), name=names, **values)
+    if kind.endswith("/RigState"):
+        text = "stall" if joints > 1 else ""
+        return message(kind, header=header(stamp, frame), duty=RNG.normal(), current=RNG.normal(), fault_text=text)
     quantity = "temperature" if kind.endswith("/Temperature") else "voltage"
     return message(kind, header=header(stamp, frame), **{quantity: float(np.float32(RNG.normal()))})
 

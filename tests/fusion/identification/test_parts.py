@@ -17,9 +17,10 @@ from gsense_fusion.bags.run import ImuSeries, JointSeries, PoseSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.effects.g_resonance import resonant
 from gsense_fusion.identification.effects.reversals import rock_rate
-from gsense_fusion.identification.integrity import clean_runs, clipped, grid_index
+from gsense_fusion.identification.integrity import clean_runs, clipped
 from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.noise import fit_noise
+from gsense_fusion.identification.recording.stamps import grid_index
 from gsense_fusion.identification.stillness import distinct_poses, expand_still, still_stretches
 from gsense_fusion.identification.types import IdentificationError, Role
 

@@ -125,9 +125,29 @@ def _joint(layout: _Layout) -> None:
             layout.at = start + 8 * count
 
 
+def _rig_state(layout: _Layout) -> None:
+    layout.at += 6  # mode, four switches, light
+    layout.take("duty", "f8")
+    layout.take("current", "f8")
+
+
 def _carriage(names: list[str]) -> int:
     return names.index("carriage") if "carriage" in names else 0
 
+
+RIG_STATE = "gsense_msgs/msg/RigState"
+RIG_STATE_DEFINITION = """\
+std_msgs/Header header
+uint8 mode
+bool[4] switches
+uint8 light
+float64 duty
+float64 current
+float64 reference
+float64 tracking_error
+uint8 fault
+string fault_text
+"""
 
 _LAYOUTS: dict[str, Callable[[_Layout], None]] = {
     "sensor_msgs/msg/Imu": _imu,
@@ -136,6 +156,7 @@ _LAYOUTS: dict[str, Callable[[_Layout], None]] = {
     "sensor_msgs/msg/Temperature": _temperature,
     "sensor_msgs/msg/BatteryState": _battery,
     "sensor_msgs/msg/JointState": _joint,
+    RIG_STATE: _rig_state,
 }
 
 
@@ -187,7 +208,9 @@ def _column(values: FloatArray, name: str) -> FloatArray:
 
 @lru_cache(maxsize=1)
 def _typestore() -> Typestore:
-    return get_typestore(Stores.ROS2_JAZZY)
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg(RIG_STATE_DEFINITION, RIG_STATE))
+    return store
 
 
 def decode_slow(msgtype: str, payloads: list[bytes]) -> Decoded:
@@ -248,6 +271,7 @@ _SLOW: dict[str, Callable[[Any], dict[str, Any]]] = {
     "sensor_msgs/msg/Temperature": lambda m: {"temperature": m.temperature},
     "sensor_msgs/msg/BatteryState": lambda m: {"voltage": m.voltage},
     "sensor_msgs/msg/JointState": _slow_joint,
+    RIG_STATE: lambda m: {"duty": m.duty, "current": m.current},
 }
 
 LINK_STATUS = "gsense_msgs/msg/LinkStatus"

@@ -34,7 +34,7 @@ def find_gaps(stamp_ns: NDArray[np.int64], repeated: int = 0) -> Gaps:
     steps = np.diff(stamp_ns).astype(np.float64)
     periods = steps / np.median(steps)
     missing = count = 0
-    for start, end in _windows(periods):
+    for start, end in wide_stretches(periods):
         lacking = round(float(periods[start:end].sum()) - (end - start))
         if lacking > 0:
             missing += lacking
@@ -44,7 +44,7 @@ def find_gaps(stamp_ns: NDArray[np.int64], repeated: int = 0) -> Gaps:
     return Gaps(missing - repeated, count, float(steps.max()) * 1e-9)
 
 
-def _windows(periods: NDArray[np.float64]) -> list[tuple[int, int]]:
+def wide_stretches(periods: NDArray[np.float64]) -> list[tuple[int, int]]:
     """Stretches around wide steps, each as many steps to either side as it is periods wide.
 
     A sample that is only late makes a wide step and then short ones: over the stretch nothing is missing.

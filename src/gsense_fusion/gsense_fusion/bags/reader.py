@@ -59,6 +59,7 @@ def load_run(path: Path | str, sensor: str) -> Run:
         imu=imu,
         pose=loader.pose(names.pose, imu),
         joint=loader.joint(names.joint, imu),
+        motor_current=loader.current(names.state, imu),
         temperature=loader.scalar(names.temperature, "temperature"),
         battery=loader.scalar(names.battery, "voltage"),
         mag=loader.mag(names.mag),
@@ -124,6 +125,14 @@ class _Loader:
         if table is None:
             return None
         return JointSeries(table.stamp_ns, table.column("position"), table.column("velocity"), table.column("effort"))
+
+    def current(self, name: str | None, imu: ImuSeries) -> ScalarSeries | None:
+        try:
+            table = self._same_time(name, self._table(name), imu)
+        except BagError as error:  # the motor's current is welcome, not needed
+            self.notes.append(str(error))
+            return None
+        return ScalarSeries(table.stamp_ns, table.column("current")) if table else None
 
     def scalar(self, name: str | None, column: str) -> ScalarSeries | None:
         table = self._table(name)

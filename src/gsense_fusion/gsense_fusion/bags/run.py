@@ -79,7 +79,7 @@ class JointSeries:
 
 @dataclass(frozen=True)
 class ScalarSeries:
-    """Die temperature (degrees Celsius) or cell voltage (V)."""
+    """Die temperature (degrees Celsius), cell voltage (V) or motor current (A)."""
 
     stamp_ns: IntArray
     value: FloatArray
@@ -130,6 +130,8 @@ class Run:
     imu: ImuSeries
     pose: PoseSeries | None = None
     joint: JointSeries | None = None
+    motor_current: ScalarSeries | None = None
+    """A, from `rig/state`; read where the sensor has a magnetometer, which feels it."""
     temperature: ScalarSeries | None = None
     battery: ScalarSeries | None = None
     mag: MagSeries | None = None

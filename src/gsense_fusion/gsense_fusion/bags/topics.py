@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from .cdr import LINK_STATUS
+from .cdr import LINK_STATUS, RIG_STATE
 from .storage import BagError
 
 IMU = "sensor_msgs/msg/Imu"
@@ -28,6 +28,7 @@ class Names:
     reference: str | None
     own: str | None
     link: str | None
+    state: str | None
 
     def all(self) -> list[str]:
         """Every topic that is there."""
@@ -58,6 +59,7 @@ def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
         return _beside(topics, prefix, tail, msgtype, notes)
 
     own = short.strip("/")
+    mag = find(f"{own}/imu/mag", "sensor_msgs/msg/MagneticField")
     return Names(
         sensor=short,
         imu=imu,
@@ -65,10 +67,11 @@ def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
         joint=find("rig/joint_states", "sensor_msgs/msg/JointState"),
         temperature=find(f"{own}/temperature", "sensor_msgs/msg/Temperature"),
         battery=find("battery", "sensor_msgs/msg/BatteryState"),
-        mag=find(f"{own}/imu/mag", "sensor_msgs/msg/MagneticField"),
+        mag=mag,
         reference=find("reference/pose", _POSE),
         own=find(f"{own}/imu/data", IMU),
         link=find("link", LINK_STATUS),
+        state=find("rig/state", RIG_STATE) if mag else None,
         notes=tuple(notes),
     )
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from gsense_fusion.identification.campaign import Campaign
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.claims import Claims
 from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.recorded import Seen
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import Held
@@ -46,3 +47,5 @@ class Analysis:
     claims: Claims
     folds: tuple[Held, ...]
     notes: tuple[str, ...]
+    seen: Seen = field(default_factory=Seen)
+    """What the recording itself shows."""

@@ -30,7 +30,7 @@ from gsense_fusion.identification.predict import Prediction, Predictor, session_
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection, refinement_variance, template_stderr
 from gsense_fusion.identification.sufficiency import Symptom
-from gsense_fusion.identification.types import AXES, Owner, Parameter
+from gsense_fusion.identification.types import AXES, Parameter
 
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
@@ -60,7 +60,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         declared_parameters=_declared_parameters(a),
         runs=_summaries(a),
         findings=_findings(a),
-        unexplained=_unexplained(a.claims.symptoms, a.claims.nearest),
+        unexplained=_unexplained([*a.claims.symptoms, *_unnamed(a)], a.claims.nearest),
         rate_rms=rate,
         pose_rms=pose,
         attitude_gyro_only=attitude_rms(traces, "gyro_only"),
@@ -204,37 +204,30 @@ def _findings(a: Analysis) -> tuple[Finding, ...]:
                 source=effect.source,
             )
         )
-    return (*out, *_noise_findings(a, steps[-1]), *_clipping_findings(a, steps[-1]))
+    return (*out, *_noise_findings(a, steps[-1]), *_recorded_findings(a, steps[-1]))
 
 
-def _clipping_findings(a: Analysis, last: str) -> list[Finding]:
-    """Axes that reached their full scale: nothing can be subtracted, the scale has to be set wider."""
-    out = []
-    rms = band_rms(a.folds, last, 0.4 * a.campaign.rate_hz)
-    for name in dict.fromkeys(x.effect for c in a.clean for x in c.clipped):
-        hits = [x for c in a.clean for x in c.clipped if x.effect == name]
-        level = max(x.level for x in hits)
-        parameters = {
-            "level": Parameter(level, 0.0, hits[0].unit),
-            "samples": Parameter(float(sum(x.samples for x in hits)), 0.0, "1"),
-        }
-        axes = tuple(x for i, x in enumerate(AXES) if any(h.axis == i for h in hits))
-        out.append(
-            Finding(
-                effect=name,
-                owner=Owner.SENSOR,
-                axes=axes,
-                parameters=parameters,
-                p_value=0.0,
-                rate_rms_before=rms,
-                rate_rms_after=rms,
-                alternatives=(),
-                separating_run=None,
-                equation="min(max(x, -level), level)",
-                source="full scale of the sensor's range setting",
-            )
+def _recorded_findings(a: Analysis, last: str) -> list[Finding]:
+    """What the recording itself shows: nothing can be subtracted, something has to be set or mended."""
+    known = {e.name: e for e in a.settings.catalogue}
+    rms = band_rms(a.folds, last, 0.4 * a.campaign.rate_hz) if a.seen.readings else 0.0
+    return [
+        Finding(
+            effect=name,
+            owner=known[name].owner,
+            axes=found.axes,
+            parameters=found.parameters,
+            p_value=found.p_value,
+            rate_rms_before=rms,
+            rate_rms_after=rms,
+            alternatives=found.alternatives,
+            separating_run=found.separating_run,
+            equation=known[name].equation,
+            source=known[name].source,
+            advice=found.advice,
         )
-    return out
+        for name, found in a.seen.readings.items()
+    ]
 
 
 def _noise_findings(a: Analysis, last: str) -> list[Finding]:
@@ -304,6 +297,11 @@ def _unexplained(symptoms: Sequence[Symptom], nearest: Sequence[str]) -> Unexpla
     return Unexplained(axes, rms, text, frequencies, tuple(nearest))
 
 
+def _unnamed(a: Analysis) -> list[Symptom]:
+    """What the recording shows and the catalogue has no name for."""
+    return [Symptom("recording", x.axes, x.p_value, 0.0, (), x.symptom) for x in a.seen.unnamed]
+
+
 def _undecided(a: Analysis) -> tuple[str, ...]:
     out = [n for n in a.notes if UNDECIDED in n]
     mounts = {r.mounting_number for r in a.campaign.runs if r.motion is not None and r.mounting_number is not None}
@@ -331,5 +329,6 @@ def _plots(a: Analysis, traces: Sequence[AttitudeTrace]) -> Plots:
         slow=plotdata.slow_trace(a),
         poses=plotdata.pose_scatter(a),
         attitude=plotdata.worst_attitude(traces),
+        recorded={n: r.curve for n, r in a.seen.readings.items() if r.curve is not None},
         **plotdata.spectra(a),
     )

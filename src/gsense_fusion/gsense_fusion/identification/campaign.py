@@ -32,6 +32,8 @@ EDGE_S = 0.15
 MIN_STILL_S = 1.0
 FAST_LENGTH_FROM = 500
 MIN_MOVING_S = 4.0
+LONG_GAP_S = 0.1
+"""A line through a gap of this length leaves 8 % of what 8 rad/s did within it; longer ones end a window."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +127,11 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
     """Steady motion (whole where it is not periodic) and rest, in the IMU's time."""
     if motion is None:
         return (Window(0, len(run), False),)
+    whole = _whole_windows(run, motion, delay)
+    return tuple(part for w in whole for part in _between_gaps(run, w))
+
+
+def _whole_windows(run: CleanRun, motion: CarriageMotion, delay: float) -> tuple[Window, ...]:
     out = []
     steady = motion.steady if motion.steady is not None else motion.moving
     if steady is not None and steady.duration >= MIN_MOVING_S:
@@ -134,13 +141,29 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
     return tuple(w for w in out if len(w) >= round(0.8 * MIN_STILL_S * run.rate_hz))
 
 
+def _between_gaps(run: CleanRun, window: Window) -> tuple[Window, ...]:
+    """The window without its long gaps: a line drawn through one is not the rate that was there."""
+    lost = np.diff(np.concatenate([[0], (~run.valid[window.start : window.stop]).astype(np.int8), [0]]))
+    edges = zip(np.flatnonzero(lost == 1), np.flatnonzero(lost == -1), strict=True)
+    gaps = [(int(a), int(b)) for a, b in edges if b - a > LONG_GAP_S * run.rate_hz]
+    if not gaps:
+        return (window,)
+    starts = [0, *(b for _, b in gaps)]
+    stops = [*(a for a, _ in gaps), len(window)]
+    shortest = (MIN_MOVING_S if window.moving else 0.8 * MIN_STILL_S) * run.rate_hz
+    parts = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a >= shortest]
+    return tuple(Window(window.start + a, window.start + _fast(b - a) + a, window.moving) for a, b in parts)
+
+
+def _fast(length: int) -> int:
+    """A length that the FFT likes loses a few samples and wins a lot of time."""
+    return int(prev_fast_len(length, real=True)) if length > FAST_LENGTH_FROM else length
+
+
 def _cut(run: CleanRun, start: float, stop: float, moving: bool) -> Window:
     low = int(np.searchsorted(run.time, start + EDGE_S))
     high = int(np.searchsorted(run.time, stop - EDGE_S))
-    length = max(0, high - low)
-    if length > FAST_LENGTH_FROM:  # a window of a length that the FFT likes loses a few samples and wins a lot of time
-        length = int(prev_fast_len(length, real=True))
-    return Window(low, low + length, moving)
+    return Window(low, low + _fast(max(0, high - low)), moving)
 
 
 SPLINE_HZ = 200.0

@@ -13,16 +13,20 @@ from gsense_fusion.identification.campaign import (
     MIN_STILL_S,
     Campaign,
     DriverSource,
-    build_campaign,
 )
-from gsense_fusion.identification.claims import judge
+from gsense_fusion.identification.catalogue import RECORDED
+from gsense_fusion.identification.claims import Claims, judge
 from gsense_fusion.identification.earth import without_earth_rate
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.quantization import Rounding, rounding
+from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, look_at
 from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.mounting import wandering_delay
+from gsense_fusion.identification.noise import at_least
+from gsense_fusion.identification.recording.clock import on_one_clock
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.selection import Selection
@@ -54,7 +58,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     say("grid, losses and sessions", 0.02)
     clean = clean_runs(runs)
     say("motion, mounting and delay", 0.05)
-    campaign = build_campaign(split_single(expand_still(clean)))
+    campaign, skew = on_one_clock(split_single(expand_still(clean)))
     if settings.site is not None:
         campaign = without_earth_rate(campaign, settings.site)
     if not campaign.fit:
@@ -65,11 +69,20 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
             f"{MIN_STILL_S:g} s in any run to fit"
         )
     say("noise at rest", 0.15)
+    known = (*(e for e in settings.catalogue if isinstance(e, RecordedEffect)), *RECORDED)
+    names = frozenset(e.name for e in settings.catalogue)
+    recording = Recording(tuple(clean), campaign, skew, names)
+    seen = look_at(recording, tuple({e.name: e for e in reversed(known)}.values()), names)
     noise, notes = noise_at_rest(campaign)
+    rounded = rounding(recording)
+    if rounded is not None:
+        least = rounded.spectrum(campaign.rate_hz)
+        noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
     drifting = wandering_delay([r.geometry for r in campaign.runs])
     notes += () if drifting is None else (drifting,)
     source = DriverSource(campaign)
-    effects, undecidable = decidable(settings.catalogue, campaign, source)
+    fitted = tuple(e for e in settings.catalogue if not isinstance(e, RecordedEffect))
+    effects, undecidable = decidable(fitted, campaign, source)
     statistical = tuple(e for e in effects if isinstance(e, StatisticalEffect))
     effects = tuple(e for e in effects if not isinstance(e, StatisticalEffect))
     likelihood = Likelihood(campaign, source, effects, noise)
@@ -77,7 +90,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = selection.search()
     say("is anything left?", 0.7)
-    claims = judge(selection, best.fit, statistical)
+    claims = beyond_rounding(judge(selection, best.fit, statistical), rounded)
     declared = selection.candidate(base).fit
     folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
     if not folds:
@@ -94,8 +107,19 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         declared,
         claims,
         tuple(folds),
-        notes + undecidable,
+        notes + seen.notes + undecidable + seen.undecided,
+        seen,
     )
+
+
+def beyond_rounding(claims: Claims, rounded: Rounding | None) -> Claims:
+    """Without the symptoms that a coarse step of the output makes by itself."""
+    made = [s for s in claims.symptoms if rounded is not None and rounded.makes(s.axes, s.rate_rms)]
+    if not made:
+        return claims
+    notes = tuple(f"as small as the gyro's rounding makes it: {s.description}" for s in made)
+    left = tuple(s for s in claims.symptoms if s not in made)
+    return replace(claims, symptoms=left, nearest=claims.nearest if left else (), notes=claims.notes + notes)
 
 
 def _check_declared(settings: Settings) -> None:

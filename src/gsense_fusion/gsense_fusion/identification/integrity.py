@@ -7,12 +7,15 @@ like a phase effect there.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from gsense_fusion.bags.run import Run, ScalarSeries
+from gsense_fusion.identification.recording.field import FieldRecord, MotorRecord, field_record, motor_record
+from gsense_fusion.identification.recording.lattice import lattice_steps
+from gsense_fusion.identification.recording.stamps import Stamps, grid_index, look_at_stamps
 from gsense_fusion.identification.types import GRAVITY, BoolArray, FloatArray, IdentificationError, IntArray, Role
 
 SESSION_GAP_S = 60.0
@@ -69,6 +72,14 @@ class CleanRun:
     clipped: tuple[Clipped, ...] = ()
     supply: FloatArray | None = None
     """Supply voltage on the grid in V, running means over five readings, shape (n,)."""
+    stamps: Stamps = field(default_factory=Stamps)
+    """What is missing and what came twice."""
+    steps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Of the gyro's output, rad/s by axis; zero where its values lie on no lattice."""
+    magnetic: FieldRecord | None = None
+    """The magnetometer's messages."""
+    motor: MotorRecord | None = None
+    """What tells how hard the motor works."""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -150,6 +161,10 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         notes=run.notes,
         clipped=clipped(imu.angular_rate, imu.specific_force, axes),
         supply=_running_mean(run.battery, epoch_ns, time),
+        stamps=look_at_stamps(index, period, np.concatenate([imu.angular_rate, imu.specific_force], axis=1), run.link),
+        steps=lattice_steps(imu.angular_rate, axes),
+        magnetic=field_record(run, epoch_ns),
+        motor=motor_record(run, epoch_ns),
     )
 
 
@@ -161,23 +176,6 @@ def _check_encoder(path: Path, position: FloatArray) -> None:
             f"{path}: the encoder's positions span {np.ptp(position):.3g} m, no carriage on a rail does; "
             "rig/pose's position.x and rig/joint_states' position are in metres"
         )
-
-
-def grid_index(stamp_ns: IntArray) -> tuple[IntArray, float]:
-    """Number the samples on a uniform grid; a lost sample leaves its number out.
-
-    Args:
-        stamp_ns: Strictly increasing stamps, shape (n,).
-
-    Returns:
-        The grid number of each sample, shape (n,), and the period in s.
-
-    """
-    steps = np.diff(stamp_ns).astype(float)
-    nominal = float(np.median(steps))
-    index = np.concatenate([[0], np.cumsum(np.maximum(1, np.rint(steps / nominal)))]).astype(np.int64)
-    slope = np.polyfit(index.astype(float), (stamp_ns - stamp_ns[0]).astype(float), 1)[0]
-    return index, float(slope) * 1e-9
 
 
 def _grid_offset(stamp_ns: IntArray, index: IntArray, period: float) -> float:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import minimize
@@ -149,6 +149,13 @@ def _with_tones(model: NoiseModel, grams: Sequence[Periodogram]) -> NoiseModel:
         if not unique or tone - unique[-1] > 0.05:
             unique.append(tone)
     return NoiseModel(model.white, model.flicker, model.walk, model.shape_hz, model.shape, tuple(unique))
+
+
+def at_least(model: NoiseModel, white: float) -> NoiseModel:
+    """A model nowhere below a white density in (rad/s)^2/Hz: the rounding of a signal that rests on one value."""
+    if white <= 0.0:
+        return model
+    return replace(model, white=max(model.white, white), shape=np.maximum(model.shape, 1.0))
 
 
 def scaled(model: NoiseModel, factor: float) -> NoiseModel:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gsense_fusion.identification.metrics import AttitudeTrace, Rms
+from gsense_fusion.identification.recording.curve import Curve
 from gsense_fusion.identification.types import FloatArray, Owner, Parameter
 
 NOTHING_MISSING = "nothing_missing"
@@ -47,6 +48,8 @@ class Finding:
     separating_run: str | None
     equation: str = ""
     source: str = ""
+    advice: str = ""
+    """What to set or to mend, where it is more than the owner says."""
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,8 @@ class Plots:
     spectrum_hz: FloatArray | None = None
     spectrum: Mapping[str, FloatArray] = field(default_factory=dict)
     """Amplitude spectral densities in rad/s/sqrt(Hz) at `spectrum_hz`, axes summed: declared, full, noise."""
+    recorded: Mapping[str, Curve] = field(default_factory=dict)
+    """Fitted curves of findings that the recording itself shows, by effect."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -68,6 +68,8 @@ def badge(result: LoopResult) -> str:
 
 def correction(finding: Finding) -> str:
     """What a person should correct."""
+    if finding.advice:
+        return finding.advice
     if finding.owner is Owner.CHAIN and any(p.unit == "s" for p in finding.parameters.values()):
         return TIMING
     return CORRECTIONS[finding.owner]

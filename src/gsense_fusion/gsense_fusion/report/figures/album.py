@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure as Drawing
 
 from gsense_fusion.identification.result import LoopResult, PoseScatter
-from gsense_fusion.report.figures import drive, still, vertical
+from gsense_fusion.report.figures import drive, recorded, still, vertical
 from gsense_fusion.report.figures.canvas import STYLE, Figure, Models, to_svg
 from gsense_fusion.report.words import has_motion
 
@@ -42,6 +43,7 @@ def _entries(result: LoopResult) -> Iterator[_Entry]:
     yield from _errors(result, ("raw", *models))
     if not moving:
         yield from _poses(result, ("raw", *models))
+    yield from _recorded(result)
     yield from _locked(result, models)
     yield from _slow(result, models)
     if moving:
@@ -63,6 +65,13 @@ def _errors(result: LoopResult, models: Models) -> Iterator[_Entry]:
             else "Orange on the grey bar, the noise floor, is complete; orange above it is what no model here explains."
         )
         yield _Entry("per_run", "Error of every held-out run", text, lambda: drive.per_run(errors, models))
+
+
+def _recorded(result: LoopResult) -> Iterator[_Entry]:
+    """Curves of findings that the recording itself shows."""
+    for name, data in result.plots.recorded.items():
+        draw = partial(recorded.curve, data)
+        yield _Entry(name, f"{name}: data and fitted curve", data.how_to_read, draw)
 
 
 def _locked(result: LoopResult, models: Models) -> Iterator[_Entry]:
