@@ -50,8 +50,10 @@ def figures(c: Comparison) -> tuple[Figure, ...]:
         text = "Amplitude density of the gyro at rest, 4 to 20 Hz, with 95 % intervals."
         add("noise", "Noise at rest", text, lambda: _noise(c))
     if len(c.old.delays_s) > 1 and len(c.new.delays_s) > 1:
-        text = "Delay of the IMU against the encoder, a dot for each run, the line is the mean."
-        add("delay", "Delay of every run", text, lambda: _delay(c))
+        text = (
+            "Delay of the IMU against the encoder with its 95 % interval; small dots: what each run was given."
+        )
+        add("delay", "Delay of the IMU", text, lambda: _delay(c))
     return tuple(out)
 
 
@@ -143,10 +145,12 @@ def _noise(c: Comparison) -> Drawing:
 
 def _delay(c: Comparison) -> Drawing:
     drawing, (ax,) = panels()
-    for x, colour, delays in ((0, OLD, c.old.delays_s), (1, NEW, c.new.delays_s)):
-        y = np.array(delays) * 1e3
-        ax.plot(x + np.linspace(-0.15, 0.15, len(y)), y, "o", ms=4, color=colour)
-        ax.hlines(y.mean(), x - 0.25, x + 0.25, color=colour, lw=2)
+    for x, colour, report in ((0, OLD, c.old), (1, NEW, c.new)):
+        y = np.array(report.delays_s) * 1e3
+        ax.plot(x + np.linspace(0.1, 0.3, len(y)), y, "o", ms=3, color=colour)
+        if report.delay is not None:
+            half = _drawn(report.delay) * 1e3
+            ax.errorbar(x, report.delay.value * 1e3, half, fmt="o", ms=5, lw=1.3, capsize=3, color=colour)
     ax.set_xticks([0, 1], ["OLD", "NEW"])
     ax.set_xlim(-0.6, 1.6)
     ax.grid(axis="x", visible=False)

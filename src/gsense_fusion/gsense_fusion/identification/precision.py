@@ -7,11 +7,13 @@ import numpy as np
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.noise import periodogram
 from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.selection import refinement_variance, template_stderr
 from gsense_fusion.identification.types import AXES, Parameter
 
 NOISE_BAND_HZ = (4.0, 20.0)
+FEWEST_ORDINATES = 100
 
 
 def covariances(a: Analysis) -> dict[str, Covariance]:
@@ -71,17 +73,16 @@ def encoder_delay(a: Analysis) -> Parameter | None:
 
 
 def rest_noise(a: Analysis) -> dict[str, Parameter]:
-    """Amplitude density of each axis over `NOISE_BAND_HZ` (to 0.4 of the sample rate), rad/s/sqrt(Hz)."""
+    """Amplitude density of each axis at rest over `NOISE_BAND_HZ` (to 0.4 of the sample rate), rad/s/sqrt(Hz)."""
     low, high = NOISE_BAND_HZ[0], min(NOISE_BAND_HZ[1], 0.4 * a.campaign.rate_hz)
-    if high <= low:
-        return {}
-    windows = [w for r in a.campaign.runs for w in r.windows]
-    still = [w for w in windows if not w.moving] or windows
-    seconds = sum(len(w) for w in still) / a.campaign.rate_hz
-    relative = 0.5 / np.sqrt(max(seconds * (high - low), 1.0))
-    frequency = np.linspace(low, high, 200)
+    still = [(r, w) for r in a.campaign.runs for w in r.windows if not w.moving and len(w) >= r.run.rate_hz]
     out = {}
     for axis, model in a.noise.items():
-        value = float(np.sqrt(np.mean(model.psd(frequency))))
-        out[AXES[axis]] = Parameter(value, float(relative * value), "(rad/s)/sqrt(Hz)")
+        grams = [periodogram(r.run.angular_rate[w.start : w.stop, axis], r.run.rate_hz) for r, w in still]
+        used = [(g.frequency >= low) & (g.frequency <= high) & model.usable(g.frequency, g.frequency[0]) for g in grams]
+        power = np.concatenate([np.zeros(0), *(g.power[keep] for g, keep in zip(grams, used, strict=True))])
+        if len(power) < FEWEST_ORDINATES:
+            continue
+        mean, stderr = float(power.mean()), float(power.std(ddof=1) / np.sqrt(len(power)))
+        out[AXES[axis]] = Parameter(mean**0.5, 0.5 * stderr / mean**0.5, "(rad/s)/sqrt(Hz)")
     return out
