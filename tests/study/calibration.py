@@ -2,15 +2,18 @@
 
     ./rig exec python tests/study/calibration.py [--poses 100] [--sweeps 30] [--nulls 100] [--first-seed 0]
 
-Prints for each kind of parameter the part of intervals (value +- 1.96 stderr) that hold the truth, and the false alarms
-on sensors without g-sensitivity. Exit 1 where a coverage is outside 90 to 98 % by more than chance allows.
+Prints for each kind of parameter the part of intervals (value +- 1.96 stderr) that hold the truth, what was refused,
+and the false alarms on sensors without g-sensitivity. Exit 1 where a coverage is outside 90 to 98 % by more than chance
+allows.
 """
 
 from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +27,7 @@ from rich.console import Console  # noqa: E402
 from rich.progress import Progress  # noqa: E402
 from rich.table import Table  # noqa: E402
 from scipy.stats import binom  # noqa: E402
-from tests.study.poses import PoseParameters, simulate_poses  # noqa: E402
+from tests.study.poses import PoseParameters, PoseSession, simulate_poses  # noqa: E402
 from tests.study.simulator import SessionParameters, simulate  # noqa: E402
 from tests.study.simulator.parameters import ChainParameters, sweep_plan  # noqa: E402
 
@@ -34,8 +37,10 @@ from gsense_fusion.calibration.accelerometer import (  # noqa: E402
     calibrate_accelerometer,
     pose_means,
 )
-from gsense_fusion.calibration.gyro import calibrate_gyro  # noqa: E402
+from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro  # noqa: E402
 from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer  # noqa: E402
+from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns  # noqa: E402
+from gsense_fusion.identification.analysis import Analysis  # noqa: E402
 from gsense_fusion.identification.earth import Site  # noqa: E402
 from gsense_fusion.identification.types import Role  # noqa: E402
 
@@ -46,15 +51,18 @@ Scores = dict[str, list[float]]
 def main() -> int:
     a = _arguments()
     scores: Scores = {}
+    refusals: Counter[str] = Counter()
     alarms = 0
     with Progress(console=Console(stderr=True)) as bar:
         for seed in bar.track(range(a.first_seed, a.first_seed + a.poses), description="poses"):
-            _poses(seed, scores)
+            _poses(seed, scores, refusals)
         for seed in bar.track(range(a.first_seed, a.first_seed + a.sweeps), description="sweeps"):
             _sweep(seed, scores)
         for seed in bar.track(range(a.first_seed, a.first_seed + a.nulls), description="nulls"):
             alarms += _null(seed)
     bad = show(scores)
+    for words, number in refusals.most_common():
+        print(f"refused in {number} of {a.poses}: {words}")
     if a.nulls:
         print(f"called significant without g-sensitivity: {alarms} of {a.nulls}")
     return 1 if bad else 0
@@ -74,10 +82,10 @@ def show(scores: Scores) -> bool:
     return bad
 
 
-def _poses(seed: int, scores: Scores) -> None:
+def _poses(seed: int, scores: Scores, refusals: Counter[str]) -> None:
     cyclic = seed % 2 == 0
-    site = Site(50.0) if seed % 4 < 2 else None
-    s = simulate_poses(PoseParameters(seed=seed, cyclic=cyclic))
+    site = Site(50.0) if seed % 6 < 2 else None
+    s = simulate_poses(PoseParameters(seed=seed, cyclic=cyclic, gyro_scale=0.005))
     found, analysis = calibrate_gyro(_split(s.run), "mpu6050", site=site)
     # G and bias as the measured specific force sees them: G f = G A (f_m - b_a)
     g = s.g @ s.accel_shape
@@ -97,29 +105,50 @@ def _poses(seed: int, scores: Scores) -> None:
             found.k.value - np.mean([g[0, 1], g[1, 2], g[2, 0]]),
             found.k.stderr,
         )
+    _triads(s, found, analysis, scores, refusals)
+
+
+def _triads(s: PoseSession, found: GyroCalibration, analysis: Analysis, scores: Scores, refusals: Counter[str]) -> None:
+    """Accelerometer, scale of the gyro, magnetometer."""
     accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit))
+    correction = None
     if isinstance(accelerometer, AccelerometerCalibration):
-        fit = accelerometer.fit
+        fit, correction = accelerometer.fit, accelerometer.correction
         free = fit.shape_stderr > 0
-        if fit.shape_stderr[1, 0] > 0:  # scales alone where the poses are few: misalignment is not in that model
-            _add(
-                scores,
-                "accelerometer scale and misalignment",
-                (fit.shape - s.accel_shape)[free],
-                fit.shape_stderr[free],
-            )
+        if free[1, 0]:  # scales alone where the poses are few: misalignment is not in that model
+            name = "accelerometer scale and misalignment"
+            _add(scores, name, (fit.shape - s.accel_shape)[free], fit.shape_stderr[free])
             _add(scores, "accelerometer bias", fit.offset - s.accel_bias, fit.offset_stderr)
-    if s.run.mag is not None:
-        mag = calibrate_magnetometer(s.run.mag.field)
-        if isinstance(mag, MagnetometerCalibration):
-            _add(scores, "hard iron", mag.fit.offset - s.hard_iron, mag.fit.offset_stderr)
-            upper = np.triu_indices(3)
-            _add(scores, "soft iron", (mag.fit.shape - s.soft_iron)[upper], mag.fit.shape_stderr[upper])
+    else:
+        refusals[f"accelerometer: {_kind(accelerometer)}"] += 1
+    runs = [run for run in analysis.clean if run.role is Role.FIT]
+    scale = calibrate_scale(find_turns(runs, found.g_sensitivity.value * float(found.significant), correction))
+    if isinstance(scale, ScaleCalibration):
+        _add(scores, "gyro scale and misalignment", scale.matrix - s.gyro_matrix, scale.stderr)
+    else:
+        refusals[f"gyro scale: {_kind(scale)}"] += 1
+    if s.run.mag is None:
+        return
+    mag = calibrate_magnetometer(s.run.mag.field)
+    if isinstance(mag, MagnetometerCalibration):
+        _add(scores, "hard iron", mag.fit.offset - s.hard_iron, mag.fit.offset_stderr)
+        upper = np.triu_indices(3)
+        _add(scores, "soft iron", (mag.fit.shape - s.soft_iron)[upper], mag.fit.shape_stderr[upper])
+    else:
+        refusals[f"magnetometer: {_kind(mag)}"] += 1
+
+
+def _kind(words: str) -> str:
+    """A refusal without its numbers."""
+    return re.sub(r"[0-9.]+", "n", words)
 
 
 def _sweep(seed: int, scores: Scores) -> None:
-    """The column of G along the motion, the one that a sweep in one mounting shows."""
-    parameters = SessionParameters(seed=seed, plan=sweep_plan(seed), chain=ChainParameters(rate_hz=100.0))
+    """The column of G along the motion, the one that a sweep in one mounting shows; of every other sensor k."""
+    k = float(np.random.default_rng([seed, 78]).normal() * SessionParameters.g_typical)
+    g = ((0.0, k, 0.0), (0.0, 0.0, k), (k, 0.0, 0.0)) if seed % 2 == 0 else None
+    chain = ChainParameters(rate_hz=100.0, **({"accel_scale": 0.0, "accel_misalignment": 0.0} if g else {}))
+    parameters = SessionParameters(seed=seed, plan=sweep_plan(seed), chain=chain, g_matrix=g)
     session = simulate(parameters)
     found, analysis = calibrate_gyro([(run, Role(role)) for run, role in session.runs], "mpu6050")
     mounting = next(
@@ -132,6 +161,8 @@ def _sweep(seed: int, scores: Scores) -> None:
     stderr = np.sqrt(np.einsum("ij,jk,ik->i", rows, covariance, rows))
     true = session.g_matrix @ session.sensor_from_carriage[:, 0]
     _add(scores, "G along the motion, sweeps", found.g_sensitivity.value @ along - true, stderr)
+    if g is not None:
+        _add(scores, "k, sweeps", found.k.value - k, found.k.stderr)
 
 
 def _null(seed: int) -> bool:

@@ -56,11 +56,18 @@ def calibrate_magnetometer(field: FloatArray) -> MagnetometerCalibration | str:
         return f"{error}: turn the board slowly through all directions"
     corrected = fit.apply(means)
     hole = largest_hole(corrected / np.linalg.norm(corrected, axis=1, keepdims=True))
-    if hole > LARGEST_HOLE_RAD or fit.direction_stderr > MAX_DIRECTION_STDERR:
-        far, limit, open_by = (np.degrees(x) for x in (hole, LARGEST_HOLE_RAD, fit.direction_stderr))
+    if hole > LARGEST_HOLE_RAD:
+        far, limit = np.degrees(hole), np.degrees(LARGEST_HOLE_RAD)
         return (
-            f"the field was not seen within {far:.0f} degrees of some direction ({limit:.0f} are allowed; directions "
-            f"are open by {open_by:.1f} degrees): turn the board slowly through all directions"
+            f"the field was not seen within {far:.0f} degrees of some direction ({limit:.0f} are allowed): "
+            "turn the board slowly through all directions"
+        )
+    if fit.direction_stderr > MAX_DIRECTION_STDERR:
+        off, limit = np.degrees(fit.direction_stderr), np.degrees(MAX_DIRECTION_STDERR)
+        scatter = 100 * fit.residual_rms / float(np.mean(np.linalg.norm(corrected, axis=1)))
+        return (
+            f"the corrected field would be open by {off:.1f} degrees in some direction ({limit:.0f} are allowed; its "
+            f"strength scatters by {scatter:.1f} %): turn the board in one place, away from iron"
         )
     before, after = np.linalg.norm(field, axis=1), np.linalg.norm(fit.apply(field), axis=1)
     return MagnetometerCalibration(
@@ -107,9 +114,8 @@ def _one_each_direction(field: FloatArray) -> tuple[FloatArray, FloatArray]:
     u = u / strength[:, None]
     cell = np.unique(np.rint(u / CELL_RAD).astype(np.int64), axis=0, return_inverse=True)[1].ravel()
     direction = np.stack([np.bincount(cell, weights=u[:, i]) for i in range(3)], axis=1)
-    direction = direction / np.linalg.norm(
-        direction, axis=1, keepdims=True
-    )  # the mean of vectors in a cell would be too short
+    length = np.linalg.norm(direction, axis=1, keepdims=True)
+    direction = direction / np.maximum(length, 1e-12)  # the mean of vectors in a cell would be too short
     count = np.bincount(cell)
     mean = np.bincount(cell, weights=strength) / count
     return np.asarray(middle + direction * mean[:, None]), np.sqrt(np.minimum(count, REPEATS))
