@@ -20,6 +20,9 @@ from gsense_fusion.identification.whitened import Gram
 
 SLOW_ALPHA = FAMILY_ALPHA / FAMILIES
 """Of what block means alone show: the chance that drift makes any of the slow alternatives gain as much."""
+FELT_CLAIM_GAIN = 40.0
+"""Least gain in twice the log-likelihood of what the accelerometer alone shows (a tilt with the speed, which hides in
+G for the gyro)."""
 REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
 LOCKED_PART = 0.8
@@ -64,6 +67,8 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
             notes.append(f"{name} hardly improves the fit: no claim")
         elif not dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
             notes.append(f"{name} gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
+        elif _only_felt(selection, best, name):
+            notes.append(f"{name} rests on the accelerometer alone and is not clear enough there: no claim")
         elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
             notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
         elif dynamic and not survives(selection, best, name):
@@ -200,11 +205,19 @@ def _solve_without(
     return beta[: len(index)], beta[len(index) :]
 
 
+def _only_felt(selection: Selection, best: Fit, name: str) -> bool:
+    """Whether the gyro would not miss an effect, and the accelerometer does not miss it clearly either."""
+    felt = selection.felt_gain(best, name)
+    seen = selection.gain(best, name)[0] - felt
+    return selection.effects[name].dynamic and seen < RIVAL_LOGLIK and felt < FELT_CLAIM_GAIN
+
+
 def _left_out(likelihood: Likelihood, fit: Fit) -> float:
     """Log-likelihood of every run's motion under coefficients from the other runs."""
     grams = likelihood.fast.grams(fit.templates, fit.names)
     slow = likelihood.slow_gram(fit.templates, fit.drift, fit.names)
-    total = slow
+    total = sum(likelihood.felt.grams(fit.names, fit.templates).values(), slow)
+    moving = sum(gram.rows > 0 for gram in grams)
     for gram in grams:
         total = total + gram
     index = likelihood.columns.index(fit.names)
@@ -216,6 +229,9 @@ def _left_out(likelihood: Likelihood, fit: Fit) -> float:
         part, _, _ = solve(rest, index, likelihood.columns.plausible)
         xx = gram.xx[np.ix_(index, index)]
         value -= 0.5 * (gram.yy - 2 * float(part @ gram.xy[index]) + float(part @ xx @ part))
+        beta = np.zeros(len(fit.beta))
+        beta[index] = part
+        value += likelihood.felt.loglik(fit, beta) / moving
     return value
 
 

@@ -11,12 +11,15 @@ from gsense_fusion.identification.alignment import Tolerance, differences, margi
 from gsense_fusion.identification.blocks import block_means, cut_blocks
 from gsense_fusion.identification.campaign import Campaign, DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.felt import ForceChannel
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.slow import Drift, SlowNoise, estimate_drifts, initial_drift
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, Owner
 from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaign
 
 IDENTIFIED_PART = 0.3
+FELT_CLEARLY = 25.0
+"""Squared ratio of an estimate to its standard error from which the accelerometer's word alone identifies it."""
 DRIFT_ROUNDS = 3
 MIN_REST_BLOCKS = 8
 
@@ -45,7 +48,9 @@ class Fit:
         return self.beta if mounting is None or mounting not in self.alignment else self.beta + self.alignment[mounting]
 
 
-def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+def solve(
+    gram: Gram, index: IntArray, plausible: FloatArray, felt: Gram | None = None
+) -> tuple[FloatArray, FloatArray, int]:
     """Least squares; directions that the data does not identify get zero with their plausible size as error.
 
     Parameters are measured in their plausible sizes. A direction counts as identified where its standard error is under
@@ -55,6 +60,8 @@ def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArra
         gram: Normal equations with unit noise.
         index: Columns to use, shape (k,).
         plausible: Plausible size of every column's parameter, shape (P,).
+        felt: The accelerometer's part of `gram`. A direction that it tells about counts as identified where the
+            parameter differs from zero clearly, however plausible that is: no error of a mounting imitates it.
 
     Returns:
         Coefficients (k,), covariance (k, k) and rank.
@@ -63,8 +70,13 @@ def solve(gram: Gram, index: IntArray, plausible: FloatArray) -> tuple[FloatArra
     if len(index) == 0:
         return np.zeros(0), np.zeros((0, 0)), 0
     unit = plausible[index]
-    values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * unit[:, None] * unit[None])
+    scale = unit[:, None] * unit[None]
+    values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * scale)
     good = values > 1.0 / IDENTIFIED_PART**2
+    if felt is not None:
+        own = np.sum(vectors * (felt.xx[np.ix_(index, index)] * scale @ vectors), axis=0)
+        clear = (vectors.T @ (unit * gram.xy[index])) ** 2 > FELT_CLEARLY * np.maximum(values, 1e-300)
+        good |= (own > 0.5 * values) & clear & (values > 1e-6)
     inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
     part = unit * (inverse @ (unit * gram.xy[index]))
     covariance = (inverse + vectors[:, ~good] @ vectors[:, ~good].T) * unit[:, None] * unit[None]
@@ -85,6 +97,7 @@ class Likelihood:
         self.columns = Columns.of(effects)
         self.cuts = cut_blocks(campaign.fit)
         self.fast = WhitenedCampaign(campaign, source, effects, noise, self.cuts)
+        self.felt = ForceChannel(campaign, source, effects)
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
         self.rest_drift = initial_drift(noise)
@@ -183,16 +196,19 @@ class Likelihood:
         index = self.columns.index(names)
         tolerance = Tolerance.of(around, self._rotations, index)
         marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
-        fast = sum((m.gram for m in marginals.values()), Gram.zero(self.columns.total))
+        turned = self.felt.marginals(names, templates, tolerance)
+        felt = sum((m.gram for m in turned), Gram.zero(self.columns.total))
+        fast = sum((m.gram for m in marginals.values()), felt)
         slow = self.slow_gram(templates, drift, names)
-        part, covariance, rank = solve(fast + slow, index, self.columns.plausible)
+        part, covariance, rank = solve(fast + slow, index, self.columns.plausible, felt if turned else None)
         beta = np.zeros(self.columns.total)
         beta[index] = part
         full = np.zeros((len(beta), len(beta)))
         full[np.ix_(index, index)] = covariance
         best = self._fast_loglik(fast, beta) + self._slow_loglik(self._block_part(names, templates) @ part, drift)
         # in a single mounting its difference cannot be told from the coefficients themselves
-        loglik = best - 0.5 * sum(m.logdet for m in marginals.values()) * (len(marginals) > 1)
+        spread = sum(m.logdet for m in marginals.values()) * (len(marginals) > 1) + sum(m.logdet for m in turned)
+        loglik = best - 0.5 * spread
         delta = differences(grams, marginals, tolerance, beta)
         return Fit(names, templates, loglik, beta, full, rank, drift, delta, best)
 

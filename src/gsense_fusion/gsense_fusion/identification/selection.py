@@ -141,7 +141,7 @@ class Selection:
         log_n = float(np.log(self.likelihood.samples))
         slow_columns = self._slow_rank(fit)
         cost = (fit.rank - slow_columns + dear) * log_n + (slow_columns + cheap) * min(SLOW_COST, log_n)
-        order = ORDER_WEIGHT * sum(self._place[n] for n in fit.names)
+        order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
         return Candidate(fit, 2 * fit.loglik - cost - order)
 
     def _slow_rank(self, fit: Fit) -> int:
@@ -236,6 +236,12 @@ class Selection:
         """Whether the criterion itself wants the effect in the model (then a declared effect counts as significant)."""
         dropped = self.with_dependants(best.names, name)
         return self.candidate(best.names).score > self.candidate(best.names - dropped).score
+
+    def felt_gain(self, best: Fit, name: str) -> float:
+        """The part of `gain` that the accelerometer alone contributes."""
+        without = self.candidate(best.names - self.with_dependants(best.names, name)).fit
+        felt = self.likelihood.felt
+        return 2 * (felt.loglik(best) - felt.loglik(without))
 
     def p_value(self, best: Fit, name: str) -> float:
         """Of the likelihood ratio against the model without the effect."""

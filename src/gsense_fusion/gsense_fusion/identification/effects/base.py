@@ -115,6 +115,8 @@ class Effect(ABC):
     """The run that would separate it from its usual rivals."""
     separates: ClassVar[Mapping[str, str]] = MappingProxyType({})
     """The run that would separate it from one particular rival."""
+    rarity: ClassVar[float] = 0.0
+    """Prior odds against it, in twice their logarithm: what it must explain better than a commoner effect does."""
     slow: ClassVar[bool] = False
     """Whether it moves the mean over drive periods."""
     part_of: ClassVar[str | None] = None
@@ -134,6 +136,10 @@ class Effect(ABC):
     @abstractmethod
     def design(self, drivers: Drivers) -> FloatArray:
         """Derivative of the three gyro axes by the parameters, shape (n, 3, p), rad/s per unit."""
+
+    def felt(self, drivers: Drivers) -> FloatArray | None:  # noqa: ARG002  (most effects turn nothing)
+        """Derivative of the specific force by the parameters, shape (n, 3, p), m/s^2 per unit; None where zero."""
+        return None
 
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
         """The parameters as the catalogue names them, from those of the columns and the templates."""

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, about_rail_axes, lacks_direction, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.base import Drivers, spec
+from gsense_fusion.identification.effects.turning import TrueTurn
+from gsense_fusion.identification.types import FloatArray
 
 
-class BeltTilt(Effect):
+class BeltTilt(TrueTurn):
     """True tilt c a about the rail's axes, so a true rate c j."""
 
     name = "belt_tilt"
-    owner = Owner.RIG
     equation = "R c j"
     source = "statics of a carriage on elastic bearings pulled beside its centre of mass"
     parameters = spec("c_x c_y c_z", "rad/(m/s^2)", 1e-5)
-    separating_run = "board_turned_180"
 
-    def missing(self, drivers: Drivers) -> str | None:
-        """It needs motion along the rail, and the rail's direction in the sensor's axes."""
-        return lacks_direction(drivers)
+    def angle(self, drivers: Drivers) -> FloatArray:
+        """The acceleration: what the accelerometer feels of it, its own misalignment can imitate."""
+        return drivers.kinematics.acceleration
 
-    def design(self, drivers: Drivers) -> FloatArray:
-        """Jerk about the rail's axes, shape (n, 3, 3)."""
-        return about_rail_axes(drivers, drivers.kinematics.jerk)
+    def rate(self, drivers: Drivers) -> FloatArray:
+        """The jerk."""
+        return drivers.kinematics.jerk

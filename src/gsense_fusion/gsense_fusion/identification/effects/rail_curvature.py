@@ -2,45 +2,45 @@
 
 from __future__ import annotations
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, about_rail_axes, lacks_direction, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.base import Drivers, spec
+from gsense_fusion.identification.effects.turning import TrueTurn
+from gsense_fusion.identification.types import FloatArray
 
 
-class RailCurvature(Effect):
+class RailCurvature(TrueTurn):
     """True rotation theta(s) = t s + u s^2 about the rail's axes, so a true rate theta'(s) v (and gravity tilts)."""
 
     name = "rail_curvature"
-    owner = Owner.RIG
     equation = "R (t + 2 u s) v"
     source = "geometry of a bowed or twisted rail; 0.1 mm sag on 0.6 m is 0.13 deg/m"
     parameters = spec("t_x t_y t_z", "rad/m", 1e-2)
-    separating_run = "board_turned_180"
+    along_path = True
 
-    def missing(self, drivers: Drivers) -> str | None:
-        """It needs motion along the rail, and the rail's direction in the sensor's axes."""
-        return lacks_direction(drivers)
+    def angle(self, drivers: Drivers) -> FloatArray:
+        """The position."""
+        return drivers.kinematics.position
 
-    def design(self, drivers: Drivers) -> FloatArray:
-        """Velocity about the rail's axes, shape (n, 3, 3)."""
-        return about_rail_axes(drivers, drivers.kinematics.velocity)
+    def rate(self, drivers: Drivers) -> FloatArray:
+        """The velocity."""
+        return drivers.kinematics.velocity
 
 
-class RailBend(Effect):
+class RailBend(TrueTurn):
     """The part of the rail's rotation that grows with the square of the position."""
 
     name = "rail_bend"
-    owner = Owner.RIG
     equation = "R 2 u s v"
     source = RailCurvature.source
     parameters = spec("u_x u_y u_z", "rad/m^2", 3e-2)
     needs = ("rail_curvature",)
     part_of = "rail_curvature"
+    separating_run = None
+    along_path = True
 
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the rail's curvature needs."""
-        return lacks_direction(drivers)
+    def angle(self, drivers: Drivers) -> FloatArray:
+        """The position squared."""
+        return drivers.kinematics.position**2
 
-    def design(self, drivers: Drivers) -> FloatArray:
-        """Twice position times velocity about the rail's axes, shape (n, 3, 3)."""
-        kin = drivers.kinematics
-        return about_rail_axes(drivers, 2 * kin.position * kin.velocity)
+    def rate(self, drivers: Drivers) -> FloatArray:
+        """Twice position times velocity."""
+        return 2 * drivers.kinematics.position * drivers.kinematics.velocity

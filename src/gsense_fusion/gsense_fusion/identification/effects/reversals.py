@@ -35,6 +35,12 @@ def rock_rate(time: FloatArray, position: FloatArray, velocity: FloatArray, widt
 
     Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
     """
+    step = float(np.median(np.diff(time)))
+    return np.asarray(np.diff(rock_angle(time, position, velocity, width)) / step * _moving(time, velocity))
+
+
+def rock_angle(time: FloatArray, position: FloatArray, velocity: FloatArray, width: float) -> FloatArray:
+    """The turn itself at the edges of the samples' intervals, shape (n + 1,); constant without a reversal."""
     n = len(time)
     step = float(np.median(np.diff(time)))
     edges = np.arange(n + 1) - 0.5
@@ -43,13 +49,12 @@ def rock_rate(time: FloatArray, position: FloatArray, velocity: FloatArray, widt
     at = np.interp(edges, np.arange(n), position) + bulge
     cross = zero_crossings(velocity)
     if not len(cross):
-        return np.zeros(n)
+        return np.zeros(n + 1)
     where = _reversal_position(cross, position, velocity, step)
     last = np.searchsorted(cross, edges, side="right") - 1
     known = last >= 0
     travel = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
-    angle = np.where(slope > 0, 1.0, -1.0) * (1.0 - 2.0 * np.exp(-travel / width))
-    return np.asarray(np.diff(angle) / step * _moving(time, velocity))
+    return np.asarray(np.where(slope > 0, 1.0, -1.0) * (1.0 - 2.0 * np.exp(-travel / width)))
 
 
 def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatArray, step: float) -> FloatArray:

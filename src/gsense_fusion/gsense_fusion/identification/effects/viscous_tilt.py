@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, about_rail_axes, lacks_direction, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.base import Drivers, spec
+from gsense_fusion.identification.effects.turning import TrueTurn
+from gsense_fusion.identification.types import FloatArray
 
 
-class ViscousTilt(Effect):
-    """True tilt c v about the rail's axes, so a true rate c a: in one mounting it hides wholly in G."""
+class ViscousTilt(TrueTurn):
+    """True tilt c v about the rail's axes, so a true rate c a: in one mounting the gyro alone takes it for G."""
 
     name = "viscous_tilt"
-    owner = Owner.RIG
     equation = "R c a"
     source = "lubricated bearings of a carriage that is pulled beside its drag"
     parameters = spec("c_x c_y c_z", "rad/(m/s)", 3e-4)
-    separating_run = "board_turned_180"
+    rarity = 10.0
 
-    def missing(self, drivers: Drivers) -> str | None:
-        """It needs motion along the rail, and the rail's direction in the sensor's axes."""
-        return lacks_direction(drivers)
+    def angle(self, drivers: Drivers) -> FloatArray:
+        """The velocity."""
+        return drivers.kinematics.velocity
 
-    def design(self, drivers: Drivers) -> FloatArray:
-        """Acceleration about the rail's axes, shape (n, 3, 3)."""
-        return about_rail_axes(drivers, drivers.kinematics.acceleration)
+    def rate(self, drivers: Drivers) -> FloatArray:
+        """The acceleration."""
+        return drivers.kinematics.acceleration
