@@ -19,7 +19,7 @@ from .segments import errors
 HERE = Path(__file__).resolve().parent
 BOUNDS = HERE / "bounds.yaml"
 COMPENSATION = "compensation.yaml"
-SIMULATED = (("rail_7.mcap", "mpu6050", COMPENSATION), ("rail_7.mcap", "bno055", ""))
+SIMULATED = (("rail_7.mcap", "mpu6050", COMPENSATION), ("rail_7.mcap", "bno055", COMPENSATION))
 RECORDED = (
     ("07_undisturbed_fast_rotation_B", "broad", ""),
     ("10_undisturbed_slow_translation_A", "broad", ""),

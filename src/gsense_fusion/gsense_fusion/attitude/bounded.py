@@ -32,21 +32,25 @@ from .interface import FloatArray
 
 @dataclass(frozen=True)
 class BoundedParameters:
-    """Noise of sensor and motion."""
+    """Noise of sensor and motion.
 
-    rate_density: float = radians(0.05)
+    The seven densities and scales are what a search chooses on simulated motion (`tests/study/bounded.py`); they are
+    larger or smaller than the sensor's own where they also stand for what the model lacks.
+    """
+
+    rate_density: float = radians(0.08)
     """rad/s/sqrt(Hz), noise of the gyro at rest."""
-    rate_scale: float = 0.001
+    rate_scale: float = 0.00045
     """1/sqrt(Hz): the same per rad/s of rate (scale error, misalignment)."""
-    force_density: float = 0.02
+    force_density: float = 0.003
     """m/s^2/sqrt(Hz), noise of the accelerometer at rest."""
-    force_scale: float = 0.01
+    force_scale: float = 0.0006
     """1/sqrt(Hz): the same per m/s^2 of acceleration."""
-    bias_density: float = radians(0.001)
+    bias_density: float = radians(0.003)
     """rad/s/sqrt(s): how fast the bias wanders."""
-    velocity_density: float = 0.1
+    velocity_density: float = 0.25
     """m/s sqrt(s): how bounded the motion is. Small: trusts that it is (hand, rail); large: for what travels."""
-    rest_bias_density: float = radians(0.03)
+    rest_bias_density: float = radians(0.002)
     """rad/s sqrt(s): how well the mean rate in a still stretch is the bias."""
     rest_rate: float = radians(2.0)
     """rad/s: a stretch is still while the rate stays this near to its low-pass."""

@@ -17,6 +17,14 @@ class RigAidedParameters(BoundedParameters):
 
     rate_density: float = radians(0.01)
     """rad/s/sqrt(Hz), noise of the gyro at rest."""
+    rate_scale: float = 0.001
+    """1/sqrt(Hz)."""
+    force_density: float = 0.02
+    """m/s^2/sqrt(Hz), noise of the accelerometer, and vibration that the encoder does not see."""
+    force_scale: float = 0.01
+    """1/sqrt(Hz)."""
+    bias_density: float = radians(0.001)
+    """rad/s/sqrt(s)."""
     velocity_density: float = 0.05
     """m/s sqrt(s): what the encoder's acceleration leaves."""
     rest_rate: float = radians(1.0)
