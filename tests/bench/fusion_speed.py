@@ -3,7 +3,8 @@
 ./rig bench fusion_speed [--samples 720000]
 
 Per call: from Python, one sample in, attitude out (the peers' attitude read, too). Batch: arrays in, arrays out. Bag:
-an hour at 200 Hz, from the bag on disk to the table of `replay --no-bag`, all filters, raw and compensated.
+an hour at 200 Hz with rig topics, temperature and a reference, from the bag on disk to the table of `replay --no-bag`:
+all filters, raw and compensated, scored.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ def kalman_beside_filterpy(n: int = 4000) -> None:
     print(f" {seconds / fast:.0f} than the whole loop; largest difference {apart:.1e}")
 
 
-def reading(folder: Path, n: int) -> Path:
+def reading(folder: Path, n: int) -> None:
     """An hour on the disk, read by gsense and by a rosbags deserialize loop."""
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
@@ -161,11 +162,14 @@ def reading(folder: Path, n: int) -> Path:
         end="",
     )
     print(f" faster, output {'equal' if same else 'DIFFERENT'}")
-    return bag
 
 
-def hour(bag: Path, folder: Path) -> None:
+def hour(folder: Path, n: int) -> None:
     """The command itself, on one core, with its start."""
+    from tests.fusion.hour_bag import write_hour
+
+    bag = folder / "hour_on_the_rig"
+    write_hour(bag, n, RATE_HZ)
     file = folder / "compensation.yaml"
     write_compensation(file, CompensationFile("mpu6050", terms=(GSensitivity(k=1.8e-4),)))
     command = [sys.executable, "-m", "gsense_fusion.replay", str(bag), "--compensation", str(file), "--no-bag"]
@@ -177,7 +181,8 @@ def hour(bag: Path, folder: Path) -> None:
     )
     after, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - begin
     cpu = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-    print(f"an hour at {RATE_HZ} Hz from bag to table, all filters that need no rig, raw and compensated: ", end="")
+    print(f"{n} samples at {RATE_HZ} Hz with rig topics and reference, from bag to table, ", end="")
+    print(f"{len(FILTERS)} filters, raw and compensated: ", end="")
     print(f"{cpu:.1f} s of CPU, {wall:.1f} s in all")
 
 
@@ -189,7 +194,8 @@ def main() -> int:
     batches(options.samples)
     kalman_beside_filterpy()
     with tempfile.TemporaryDirectory() as folder:
-        hour(reading(Path(folder), options.samples), Path(folder))
+        reading(Path(folder), options.samples)
+        hour(Path(folder), options.samples)
     return 0
 
 

@@ -46,7 +46,7 @@ def test_messages_equal_those_of_the_library(parts: tuple[str, ...]) -> None:
             theirs[connection.id].append((received, bytes(data)))
 
     def sink(channel: int) -> Sink:
-        return lambda received, data: ours[channel].append((received, data))
+        return lambda received, data: ours[channel].extend(zip(received, data, strict=True))
 
     read_messages(path, {channel: sink(channel) for channel in ours})
     assert ours == theirs

@@ -12,7 +12,17 @@ from rosbags.rosbag2 import Reader
 from scipy.spatial.transform import Rotation
 
 from gsense_fusion import replay
-from gsense_fusion.attitude.accuracy import AccuracyError, Reference, at_samples, reference_of, score
+from gsense_fusion.attitude.accuracy import (
+    AccuracyError,
+    Reference,
+    aligned,
+    at_samples,
+    reference_of,
+    resting,
+    score,
+)
+from gsense_fusion.attitude.errors import heading_error, inclination_error, total_error
+from gsense_fusion.attitude.rest import is_rest
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.imu_message import build_imu, parse_imu
 from gsense_fusion.compensation import CompensationFile, GSensitivity, write_compensation
@@ -197,6 +207,36 @@ def test_only_what_follows_the_first_motion_is_scored() -> None:
     with pytest.raises(AccuracyError, match="no rest"):
         reference_of(stamps, truth, np.ones(2000, dtype=bool))
     assert isinstance(reference, Reference)
+
+
+def test_a_score_is_that_of_the_aligned_attitudes() -> None:
+    rng = np.random.default_rng(4)
+    n = 3000
+    truth, off = rng.normal(size=(n, 3)) * 2, rng.normal(size=(n, 3)) * 0.3
+    turns = Rotation.from_rotvec(truth)
+    reference = Reference(wxyz(turns), np.arange(n) < 500, np.arange(n) % 7 > 1)
+    reference.orientation[~(reference.rest | reference.scored)] = np.nan
+    found = wxyz(Rotation.from_rotvec(off) * turns * Rotation.from_rotvec([0.1, 0.2, 0.3]))
+    a = score(found, reference, has_heading=False)
+    ours, true = aligned(found, reference, has_heading=False)[reference.scored], reference.orientation[reference.scored]
+    for value, error in ((a.inclination, inclination_error), (a.heading, heading_error), (a.total, total_error)):
+        assert value == pytest.approx(float(np.sqrt(np.mean(error(ours, true) ** 2))), rel=1e-12)
+    assert a.samples == len(true)
+
+
+def test_the_sieve_of_still_seconds_loses_none() -> None:
+    rng = np.random.default_rng(6)
+    n = 8000
+    loud = np.repeat(rng.uniform(0.0, 2.0, n // 400), 400)[:, None]
+    rate = rng.normal(size=(n, 3)) * np.radians(1.0) * loud + 0.05
+    force = rng.normal(size=(n, 3)) * 0.3 * loud + [0, 0, 9.8]
+    force[2000:2500] = np.nan
+    stamps = np.arange(n) * 5_000_000
+    expected = np.zeros(n, dtype=bool)
+    for start in range(0, n - 199, 50):
+        expected[start : start + 200] |= is_rest(rate[start : start + 200], force[start : start + 200])
+    assert 1000 < expected.sum() < 7000
+    np.testing.assert_array_equal(resting(stamps, rate, force), expected)
 
 
 @pytest.mark.data

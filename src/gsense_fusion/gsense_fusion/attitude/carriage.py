@@ -144,6 +144,16 @@ class CarriageAid:
             self._positions.clear()
         self._positions.append((stamp_ns, position))
 
+    def add_positions(self, stamp_ns: IntArray, position: FloatArray) -> None:
+        """`add_position` for many, m, shape (n,)."""
+        newest = self._positions[-1][0] if self._positions else None
+        rising = np.diff(stamp_ns, prepend=stamp_ns[:1] - 1 if newest is None else newest) > 0
+        if rising.all() and np.isfinite(position).all():
+            self._positions.extend(zip(stamp_ns.tolist(), position.tolist(), strict=True))
+            return
+        for stamp, value in zip(stamp_ns.tolist(), position.tolist(), strict=True):
+            self.add_position(stamp, value)
+
     def clean(self, stamp_ns: int, specific_force: FloatArray) -> FloatArray:
         """Cleaned specific force of `delay_s` ago, m/s^2, shape (3,); NaN where it is not known. Stamps increase."""
         waiting = round(self._forces[0][0] * 1e9) + (self._origin or 0) if self._forces else stamp_ns

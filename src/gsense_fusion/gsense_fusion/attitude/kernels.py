@@ -136,3 +136,14 @@ def heading_error(q, field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN
     """Angle about the earth's vertical that turns the horizontal part of the field to the north."""
     ex, ey, _ = to_earth(q, field)
     return atan2(ex, ey)
+
+
+@kernel(f"{QUATERNION}({QUATERNION}, {QUATERNION})")
+def product(a, b):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN201
+    """The turn b followed by the turn a."""
+    return (
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    )

@@ -115,9 +115,9 @@ class _Run:
             return
         stamps, values = self.r.carriage
         end = len(stamps) if until_ns is None else int(np.searchsorted(stamps, until_ns, side="right"))
-        for k in range(self.positions, end):
+        if end > self.positions:
             for stream in self.fusion.streams:
-                stream.add_position(int(stamps[k]), float(values[k]))
+                stream.add_positions(stamps[self.positions : end], values[self.positions : end])
         self.positions = max(self.positions, end)
 
     def _single(self, i: int) -> None:

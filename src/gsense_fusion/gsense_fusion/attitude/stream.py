@@ -73,6 +73,11 @@ class Stream:
         if self._aid is not None:
             self._aid.add_position(stamp_ns, position)
 
+    def add_positions(self, stamp_ns: IntArray, position: FloatArray) -> None:
+        """Positions of the carriage, m, shape (n,)."""
+        if self._aid is not None:
+            self._aid.add_positions(stamp_ns, position)
+
     def field(self, field: FloatArray) -> FloatArray:
         """The field as the filters of this way see it."""
         return corrected_field(self.file, field) if self.file is not None else field

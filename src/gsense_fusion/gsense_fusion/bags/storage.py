@@ -19,7 +19,7 @@ import yaml
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader
 
-from .mcap_messages import read_messages
+from .mcap_messages import Sink, read_messages
 from .mcap_salvage import is_closed, salvage
 
 if sys.version_info >= (3, 14):
@@ -95,15 +95,13 @@ class Storage:
             read_messages(Path(str(reader.path)), sinks)
             return
         for connection, received, payload in reader.messages(connections):
-            sinks[connection.id](received, payload)
+            sinks[connection.id]([received], [payload])
 
 
-def _sink(topic: RawTopic, unpack: Callable[[bytes], bytes] | None) -> Callable[[int, bytes], None]:
-    add_time, add_payload = topic.received_ns.append, topic.payloads.append
-
-    def sink(received: int, payload: bytes) -> None:
-        add_time(received)
-        add_payload(unpack(payload) if unpack else payload)
+def _sink(topic: RawTopic, unpack: Callable[[bytes], bytes] | None) -> Sink:
+    def sink(received: list[int], payloads: list[bytes]) -> None:
+        topic.received_ns.extend(received)
+        topic.payloads.extend(map(unpack, payloads) if unpack else payloads)
 
     return sink
 
