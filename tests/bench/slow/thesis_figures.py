@@ -4,6 +4,7 @@
 
 Simulates the plan `thesis` (2, 4, 5, 7 rad/s; g-sensitivity 0.1 deg/s/g) and draws, of each figure, the angles as the
 thesis made them (25 Hz, Madgwick's gain 0.1 for samples of a fixed rate, no bias taken off) and as gsense makes them.
+Below each, what is left of what is seen with one suspected cause switched off.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import argparse
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 from scipy.spatial.transform import Rotation  # noqa: E402
 
 from gsense_fusion.attitude import Madgwick, MadgwickParameters, attitude_at_rest  # noqa: E402
+from gsense_fusion.attitude.carriage import CarriageAid  # noqa: E402
 from gsense_fusion.bags import Run, load_run  # noqa: E402
 from gsense_fusion.compensation import CompensationFile, GSensitivity  # noqa: E402
 from gsense_fusion.replay import replay  # noqa: E402
@@ -41,13 +44,14 @@ FIGURES = (
     ("7.7", "bno055", 4.0, "run_02", True),
 )
 BETA = 0.1
+K = float(np.radians(0.1) / 9.80665)
 THESIS_HZ = 25.0
 
 
 def simulate(out: Path, seed: int) -> None:
     path = os.pathsep.join([str(ROOT / "src" / "gsense_rig"), os.environ.get("PYTHONPATH", "")])
     command = [sys.executable, "-m", "gsense_rig.simulate", "thesis", "--out", str(out), "--seed", str(seed)]
-    effect = f"g_sensitivity={np.radians(0.1) / 9.80665}"
+    effect = f"g_sensitivity={K}"
     subprocess.run([*command, "--effect", effect], check=True, env=os.environ | {"PYTHONPATH": path})
 
 
@@ -59,19 +63,95 @@ def fitted_k(run: Run) -> float:
     return float(np.sum(x * y) / np.sum(x * x))
 
 
-def as_in_the_thesis(run: Run, k: float | None, use_mag: bool) -> tuple[Any, Any]:
-    """Time and attitude: 25 Hz taken for a fixed rate, bias left in."""
-    step = max(round(run.imu.rate_hz / THESIS_HZ), 1)
-    rate, force = run.imu.angular_rate[::step], run.imu.specific_force[::step]
-    if k is not None:
-        rate = rate - k * force[:, [1, 2, 0]]
+@dataclass(frozen=True)
+class Way:
+    """How the thesis's author worked, and what of it is switched off."""
+
+    bias_off: bool = False
+    """The gyro's zero taken from the first second at rest."""
+    acceleration_off: bool = False
+    """The carriage's acceleration (encoder) taken out of the specific force."""
+    sensitivity_off: bool = False
+    """The simulated g-sensitivity, exactly, taken off the rate."""
+    every_sample: bool = False
+    """All samples at their own stamps."""
+    beta: float = BETA
+
+
+WAYS = {
+    "as in the thesis": Way(),
+    "gyro's zero taken off": Way(bias_off=True),
+    "no linear acceleration": Way(acceleration_off=True),
+    "neither": Way(bias_off=True, acceleration_off=True),
+    "no g-sensitivity": Way(sensitivity_off=True),
+    "every sample, stamps": Way(every_sample=True),
+    "zero off, half the gain": Way(bias_off=True, beta=BETA / 2),
+    "zero off, no g-sensitivity": Way(bias_off=True, sensitivity_off=True),
+}
+
+
+def as_in_the_thesis(run: Run, k: float | None, use_mag: bool, way: Way) -> tuple[Any, Any]:
+    """Time and attitude: 25 Hz taken for a fixed rate, bias left in, but for what `way` switches off."""
+    step = 1 if way.every_sample else max(round(run.imu.rate_hz / THESIS_HZ), 1)
+    rate, force = run.imu.angular_rate, run.imu.specific_force
+    off = K if way.sensitivity_off else k
+    if off is not None:
+        rate = rate - off * force[:, [1, 2, 0]]
+    if way.bias_off:
+        rate = rate - rate[: round(run.imu.rate_hz)].mean(axis=0)
+    start = force[: round(run.imu.rate_hz)].mean(axis=0)
+    if way.acceleration_off:
+        assert run.pose is not None
+        aid = CarriageAid()
+        for stamp, position in zip(run.pose.stamp_ns, run.pose.position, strict=True):
+            aid.add_position(int(stamp), float(position))
+        force = aid.clean_block(run.imu.stamp_ns, np.ascontiguousarray(force))
+    rate, force = (np.ascontiguousarray(a[::step]) for a in (rate, force))
     field = None
     if use_mag and run.mag is not None:
         at = np.clip(np.searchsorted(run.mag.stamp_ns, run.imu.stamp_ns[::step], side="right") - 1, 0, None)
         field = run.mag.field[at]
-    madgwick = Madgwick(MadgwickParameters(BETA, BETA))
-    madgwick.quaternion = attitude_at_rest(force[:25].mean(axis=0), None if field is None else field[:25].mean(axis=0))
-    return run.imu.seconds[::step], madgwick.batch(np.full(len(rate), 1 / THESIS_HZ), rate, force, field)
+    madgwick = Madgwick(MadgwickParameters(way.beta, way.beta))
+    madgwick.quaternion = attitude_at_rest(start, None if field is None else field[:25].mean(axis=0))
+    stamps = run.imu.seconds[::step]
+    dt = np.diff(stamps, prepend=stamps[0]) if way.every_sample else np.full(len(rate), 1 / THESIS_HZ)
+    return stamps, madgwick.batch(dt, rate, force, field)
+
+
+def moving_part(x: Any) -> Any:
+    return (x > 0.3 * x[-1]) & (x < 0.8 * x[-1])
+
+
+def ablation(run: Run, k: float | None, use_mag: bool, omega: float) -> str:
+    """What is left of each phenomenon with a suspected cause switched off."""
+    lines = [f"    {'with':28}{'tilt off, deg':>14}{'its swing at the drive, deg':>29}{'yaw, deg/min':>14}"]
+    for name, way in WAYS.items():
+        x, quaternion = as_in_the_thesis(run, k, use_mag, way)
+        values, moving = euler(quaternion), moving_part(x)
+        t, tilt = x[moving], values[moving][:, :2] - values[: len(x) // 40, :2].mean(axis=0)
+        basis = np.stack([np.ones(len(t)), t - t.mean(), np.cos(omega * t), np.sin(omega * t)], axis=1)
+        fit = np.linalg.lstsq(basis, tilt, rcond=None)[0]
+        yaw = np.polyfit(t, values[moving][:, 2], 1)[0] * 60
+        lines.append(f"    {name:28}{np.linalg.norm(fit[0]):14.2f}{np.linalg.norm(fit[2:]):29.3f}{yaw:14.1f}")
+    return "\n".join(lines)
+
+
+def straightness(run: Run, omega: float) -> str:
+    """Is gyro against acceleration (axes of equation 7.4) a straight line? At the drive's frequency, strongest axis."""
+    t, force = run.imu.seconds, run.imu.specific_force[:, [1, 2, 0]]
+    moving = moving_part(t)
+    axis = int(np.argmax(force[moving].std(axis=0)))
+    x, y = force[moving, axis] - force[moving, axis].mean(), run.imu.angular_rate[moving, axis]
+    carrier = np.exp(-1j * omega * t[moving])
+    phase = np.angle(np.sum((y - y.mean()) * carrier) / np.sum(x * carrier))
+    noise = np.degrees(np.std(y - np.polyval(np.polyfit(x, y, 1), x)))
+    r = np.corrcoef(x, y)[0, 1]
+    share = np.degrees(np.polyfit(x, y, 1)[0] * x.std())
+    lag = np.degrees(phase)
+    return (
+        f"    gyro against acceleration: r {r:.2f}, line {share:.3f} deg/s rms in noise of {noise:.3f}, phase at the "
+        f"drive {lag:.1f} deg ({lag / np.degrees(omega) * 1e3:.0f} ms)"
+    )
 
 
 def euler(quaternion: Any) -> Any:
@@ -86,7 +166,7 @@ def draw(out: Path, figure: str, sensor: str, omega: float, run: Run, compensate
     result = replay(run, ["madgwick", "rig_aided"], file)
     end = "_gcomp" if file else ""
     seconds = (result.stamp_ns - run.imu.stamp_ns[0]) * 1e-9
-    t, theirs = as_in_the_thesis(run, k, sensor == "bno055")
+    t, theirs = as_in_the_thesis(run, k, sensor == "bno055", Way())
     traces = [("as in the thesis (Madgwick, 25 Hz, bias left in)", t, euler(theirs))]
     for name, label in (("madgwick", "Madgwick by gsense"), ("rig_aided", "rig-aided by gsense")):
         traces.append((label, seconds, euler(result.estimates.quaternion[name + end])))
@@ -103,10 +183,11 @@ def draw(out: Path, figure: str, sensor: str, omega: float, run: Run, compensate
     plt.close(fig)
     found = []
     for label, x, values in traces:
-        moving = (x > 0.3 * x[-1]) & (x < 0.8 * x[-1])
+        moving = moving_part(x)
         tilt = np.hypot(*(values[moving][:, i] - values[: len(x) // 40, i].mean() for i in (0, 1)))
         drift = np.polyfit(x[moving], values[moving][:, 2], 1)[0] * 60
         found.append(f"    {label:50} tilt {np.sqrt(np.mean(tilt**2)):7.3f} deg rms, yaw {drift:8.2f} deg/min")
+    found += [ablation(run, k, sensor == "bno055", omega), straightness(run, omega)]
     return f"figure {figure} ({sensor}, {omega:g} rad/s{', compensated' if compensated else ''})\n" + "\n".join(found)
 
 
