@@ -87,6 +87,21 @@ def test_lisy_has_one_axis(tmp_path: Path) -> None:
     assert load_run(bag.write(tmp_path / "bag"), "lisy300").imu.rate_axes == (False, False, True)
 
 
+def test_a_board_without_an_accelerometer_takes_that_of_another(tmp_path: Path) -> None:
+    bag = BagWriter()
+    variance = np.diag([1e6, 1e6, 1e-4]).ravel()
+    for i in range(10):
+        at = START_NS + i * 10**7
+        bag.add("/lab/lisy300/imu/data_raw", at, imu(at, (0, 0, i), None, angular_velocity_covariance=variance))
+        bag.add("/lab/mpu6050/imu/data_raw", at, imu(at, (0, 0, 0), (i, 0, 9.8)))
+        bag.add("/other/bno055/imu/data_raw", at, imu(at, (0, 0, 0), (0, 0, 1)))
+    path = bag.write(tmp_path / "bag")
+    beside = load_run(path, "lisy300").beside
+    assert beside is not None
+    assert np.array_equal(beside.specific_force[:, 0], np.arange(10))
+    assert load_run(path, "mpu6050").beside is None
+
+
 def test_frame_ids_of_changing_length_are_read_message_by_message(tmp_path: Path) -> None:
     bag = BagWriter()
     for i in range(12):

@@ -23,11 +23,13 @@ from .run import (
     ScalarSeries,
 )
 from .storage import BagError, RawTopic, open_storage
-from .topics import find_names
+from .topics import find_names, imus_beside
 
 _NO_AXIS_VARIANCE = 1e6
 _STEADY = ("imu/data_raw", "rig/pose", "rig/joint_states")
 """Topics of a steady rate, whose gaps are losses."""
+_SAME_START_NS = 10**9
+"""Sensors of one board begin and end together, give or take this."""
 
 
 def load_run(path: Path | str, sensor: str) -> Run:
@@ -51,12 +53,14 @@ def load_run(path: Path | str, sensor: str) -> Run:
     loader = _Loader(path, raw, [*storage.notes, *names.notes])
     imu = loader.imu(names.imu)
     link, unit_id = loader.link(names.link)
+    beside = None if np.isfinite(imu.specific_force).any() else _beside(path, names.imu, imu)
     return Run(
         path=path,
         name=path.stem if path.is_file() else path.resolve().name,
         sensor=names.sensor,
         topic=names.imu,
         imu=imu,
+        beside=beside,
         pose=loader.pose(names.pose, imu),
         joint=loader.joint(names.joint, imu),
         motor_current=loader.current(names.state, imu),
@@ -69,6 +73,22 @@ def load_run(path: Path | str, sensor: str) -> Run:
         unit_id=unit_id,
         notes=tuple(loader.notes),
     )
+
+
+def _beside(path: Path, topic: str, imu: ImuSeries) -> ImuSeries | None:
+    """The IMU with an accelerometer on the same board, over the sensor's own time; None where there is none."""
+    with open_storage(path) as storage:
+        others = imus_beside({t.name: t.msgtype for t in storage.topics.values()}, topic)
+        raw = storage.read(others)
+    for name in (n for n in others if n in raw and raw[n].payloads):
+        other = _Loader(path, raw, []).imu(name)
+        covers = (
+            other.stamp_ns[0] - _SAME_START_NS < imu.stamp_ns[0]
+            and imu.stamp_ns[-1] < other.stamp_ns[-1] + _SAME_START_NS
+        )
+        if covers and np.isfinite(other.specific_force).all():
+            return other
+    return None
 
 
 @dataclass
@@ -136,7 +156,13 @@ class _Loader:
 
     def scalar(self, name: str | None, column: str) -> ScalarSeries | None:
         table = self._table(name)
-        return ScalarSeries(table.stamp_ns, table.column(column)) if table else None
+        if table is None:
+            return None
+        value = table.column(column)
+        known = np.isfinite(value)
+        if not known.all():
+            self.notes.append(f"{name}: {int(np.sum(~known))} readings that are not numbers dropped")
+        return ScalarSeries(table.stamp_ns[known], value[known]) if known.any() else None
 
     def mag(self, name: str | None) -> MagSeries | None:
         table = self._table(name)

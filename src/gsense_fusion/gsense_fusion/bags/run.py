@@ -128,6 +128,8 @@ class Run:
     """`mpu6050` for a topic `.../mpu6050/imu/data_raw`; else the whole topic."""
     topic: str
     imu: ImuSeries
+    beside: ImuSeries | None = None
+    """Another IMU of the same board, where the sensor itself has no accelerometer (the LISY300)."""
     pose: PoseSeries | None = None
     joint: JointSeries | None = None
     motor_current: ScalarSeries | None = None

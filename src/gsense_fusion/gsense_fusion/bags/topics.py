@@ -76,6 +76,13 @@ def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
     )
 
 
+def imus_beside(topics: dict[str, str], imu: str) -> list[str]:
+    """Raw topics of the other IMUs under the sensor's own prefix: sensors of one board."""
+    prefix = imu.removesuffix("/" + _RAW).rpartition("/")[0] + "/"
+    others = {name for name, kind in topics.items() if kind == IMU and name.endswith("/" + _RAW)} - {imu}
+    return sorted((n for n in others if n.removesuffix("/" + _RAW).rpartition("/")[0] + "/" == prefix), reverse=True)
+
+
 def _imu_topic(path: Path, topics: dict[str, str], sensor: str) -> str:
     imus = sorted(name for name, msgtype in topics.items() if msgtype == IMU)
     wanted = sensor.strip()

@@ -25,6 +25,7 @@ from gsense_fusion.identification.metrics import (
     pose_floor,
     pose_rms,
 )
+from gsense_fusion.identification.mounting import NOMINAL
 from gsense_fusion.identification.precision import covariances, encoder_delay, not_found, rest_noise
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
@@ -309,6 +310,11 @@ def _undecided(a: Analysis) -> tuple[str, ...]:
         out.append(
             "the board was mounted one way: only the column of G along the motion is identified, and a true tilt that "
             "follows velocity hides in it; turn the board by 180 degrees"
+        )
+    if any(r.mounting is NOMINAL for r in a.campaign.runs):
+        out.append(
+            "no accelerometer: the rail is taken to lie along the sensor's x axis, z up and unturned, and how late the "
+            "gyro is against the encoder is unknown; record an IMU of the same board beside it"
         )
     out.append("gyro scale, misalignment and lever arms cannot be seen while the true rate is zero")
     return tuple(out)

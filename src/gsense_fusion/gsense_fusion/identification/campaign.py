@@ -15,6 +15,7 @@ from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.motion import CarriageMotion, Kinematics
 from gsense_fusion.identification.mounting import (
+    NOMINAL,
     Delay,
     Mounting,
     RunGeometry,
@@ -110,7 +111,7 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
     for i, (run, motion, found, late) in enumerate(zip(runs, motions, geometry, delays, strict=True)):
         if i in number:
             k = number[i]
-            mounting = None if k is None else mountings[k]
+            mounting = NOMINAL if k is None else mountings[k]
         else:  # a still pose held by nothing but the table: a mounting of its own
             mountings.append(_pose(found))
             k, mounting = len(mountings) - 1, mountings[-1]

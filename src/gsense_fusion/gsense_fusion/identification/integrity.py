@@ -139,7 +139,12 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     for axis in range(3):
         if axis in axes:
             rate[:, axis] = np.interp(grid, index, imu.angular_rate[:, axis])
-        force[:, axis] = np.interp(grid, index, imu.specific_force[:, axis])
+        if run.beside is None:
+            force[:, axis] = np.interp(grid, index, imu.specific_force[:, axis])
+        else:  # a board's accelerometer feels for all its gyros
+            force[:, axis] = np.interp(
+                time, (run.beside.stamp_ns - epoch_ns) * 1e-9, run.beside.specific_force[:, axis]
+            )
     return CleanRun(
         name=run.name,
         path=str(run.path),

@@ -49,6 +49,10 @@ class Mounting:
         return np.column_stack([x, np.cross(z, x), z])
 
 
+NOMINAL = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+"""How the rig's board lies: assumed where no accelerometer tells."""
+
+
 @dataclass(frozen=True)
 class RunGeometry:
     """Accelerometer against encoder in one run."""

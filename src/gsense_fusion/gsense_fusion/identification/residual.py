@@ -75,6 +75,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     for data in runs:
         model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
         force = likelihood.source.of(data, fit.templates).specific_force
+        feels = force is not None and bool(np.isfinite(data.run.specific_force).all())
         for window in data.windows:
             if len(window) < 4.0 * data.run.rate_hz:
                 continue
@@ -82,7 +83,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
             cut = slice(window.start, window.stop)
             rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), len(window), bins)
             result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
-            if window.moving and force is not None:
+            if window.moving and force is not None and feels:
                 extra = _beyond_the_drive(result, data.run.specific_force - force, model)
                 result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
                 felt.append((len(out), extra))
