@@ -87,3 +87,22 @@ def test_clocks_of_two_computers(late_s: float, fast: float) -> None:
     assert (result.verdict, names(result)) == (before.verdict, names(before)), result.unexplained
     assert result.rate_rms.full == pytest.approx(before.rate_rms.full, rel=0.03)
     assert any("two clocks" in note for note in result.notes) == (fast > 0)
+
+
+def _one_axis(run: Run, *, beside: bool) -> Run:
+    """The run as a LISY300 would have recorded it, another IMU of its board beside it or not."""
+    imu = replace(
+        run.imu,
+        angular_rate=run.imu.angular_rate * [0.0, 0.0, 1.0],
+        specific_force=np.full_like(run.imu.specific_force, np.nan),
+        rate_axes=(False, False, True),
+    )
+    return replace(run, imu=imu, beside=run.imu if beside else None)
+
+
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_gyro_without_accelerometer(*, beside: bool) -> None:
+    result = analyse(changed(made(), lambda run, role: (_one_axis(run, beside=beside), role)), SETTINGS)
+    assert (result.verdict, names(result)) == ("nothing_missing", []), result.unexplained
+    assert result.declared_parameters["g_sensitivity"]["g_zx"].significant
+    assert any("no accelerometer" in line for line in result.undecided) != beside

@@ -24,7 +24,7 @@ from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.mounting import wandering_delay
+from gsense_fusion.identification.mounting import NOMINAL, wandering_delay
 from gsense_fusion.identification.noise import at_least
 from gsense_fusion.identification.recording.clock import on_one_clock
 from gsense_fusion.identification.rest import noise_at_rest
@@ -87,6 +87,8 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     effects = tuple(e for e in effects if not isinstance(e, StatisticalEffect))
     likelihood = Likelihood(campaign, source, effects, noise)
     base = frozenset(n for n in settings.declared if n != "bias" and n in likelihood.columns.start)
+    if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
+        base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = selection.search()
     say("is anything left?", 0.7)
