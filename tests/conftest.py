@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 
 import pytest
+from tests.domains import own_domain
 
 # As the packages do, before numpy loads its BLAS: on small matrices its threads only spin against one another.
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -22,6 +24,12 @@ SLOW = (
     "tests/rig/test_rig_node.py",
     "tests/rig/test_loop_process.py",
 )
+
+
+@pytest.fixture(scope="module")
+def domain() -> Iterator[int]:
+    with own_domain() as number:
+        yield number
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import binascii
 import contextlib
 import itertools
+import re
 import struct
 import subprocess
 import threading
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,7 @@ import serial
 
 MPU, BNO, STATUS, NDOF = 1, 2, 3, 4
 FAILED, STARTED, LOW = 1, 2, 4
+ENDING = re.compile(r"frames, (\d+) dropped for want of a reader, (\d+) slots skipped")
 
 
 def uncobs(packet: bytes) -> bytes:
@@ -84,25 +87,48 @@ class HostBoard(contextlib.AbstractContextManager["HostBoard"]):
         """SIGTERM; returns the exit code."""
         if self.process.poll() is None:
             self.process.terminate()
-        code = self.process.wait(timeout=10)
-        self._listener.join(timeout=5)
+        code = self.process.wait(timeout=60)
+        self._listener.join(timeout=60)
         return code
 
     def read(self, seconds: float) -> list[Frame]:
-        """Frames of so many seconds of wall time; the first, perhaps torn by our coming late, only if it is whole."""
-        data = bytearray()
+        """Frames of so many seconds of wall time."""
         end = time.monotonic() + seconds
+        return self.read_until(lambda _: time.monotonic() >= end)
+
+    def read_until(self, enough: Callable[[list[Frame]], bool], limit: float = 60.0) -> list[Frame]:
+        """Frames from now on until they are enough; the first, perhaps torn by our coming late, only if it is whole."""
+        frames: list[Frame] = []
+        first, pending = True, b""
+        end = time.monotonic() + limit
         with serial.Serial(self.port, 460800, timeout=0.05) as line:
-            while time.monotonic() < end:
-                data += line.read(max(line.in_waiting, 1))
-        packets = bytes(data).split(b"\0")[:-1]
-        frames = [Frame(uncobs(packet)) for packet in packets]
-        return frames if not frames or frames[0].sound else frames[1:]
+            while not enough(frames):
+                assert time.monotonic() < end, f"only {len(frames)} frames within {limit:g} s"
+                *packets, pending = (pending + line.read(max(line.in_waiting, 1))).split(b"\0")
+                for frame in map(Frame, map(uncobs, packets)):
+                    if frame.sound or not first:
+                        frames.append(frame)
+                    first = False
+        return frames
+
+    @property
+    def missed(self) -> int:
+        """Packets that the board dropped since we came late to read them, and slots that it skipped since the machine
+        stood still; told at its end, and 0 where it gets its time."""
+        [told] = (match for line in self.said if (match := ENDING.search(line)))
+        return int(told[1]) + int(told[2])
 
 
 def lost(frames: list[Frame]) -> int:
     """Gaps in the sequence."""
     return sum((b.sequence - a.sequence - 1) % 65536 for a, b in itertools.pairwise(frames))
+
+
+def uneven(frames: list[Frame], step_us: int) -> int:
+    """Steps of the board's time that differ from the one expected; each must be a multiple of it."""
+    steps = [(b.time_us - a.time_us) % 2**32 for a, b in itertools.pairwise(frames)]
+    assert all(step > 0 and step % step_us == 0 for step in steps)
+    return sum(step != step_us for step in steps)
 
 
 def of_type(frames: list[Frame], kind: int) -> list[Frame]:

@@ -8,6 +8,7 @@ import os
 import signal
 import subprocess
 import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ from gsense_driver.pipeline import Pipeline, PipelineSettings
 
 SECONDS = "4.2"
 AT_ONCE = 7  # boards; all of them would starve one another on a small machine
+READ_EVERY = 0.01  # s; to be woken by each packet of seven boards would starve them
 LONG = 1.0  # s of a fault that lasts
 
 CASES: dict[str, tuple[str, ...]] = {
@@ -49,28 +51,57 @@ class Run:
 
     frames: list[Frame]
     counts: dict[str, int]
+    clock_steps: int
+    """Restarts that the driver supposed since frames kept coming late."""
+    delay_us: float
+    """By how much the slowest frame came later than the quickest: the machine held up the board or us."""
     truth: dict[str, Any]
     said: str
 
 
 def run(binary: Path, truth: Path, *arguments: str) -> Run:
     command = ["--bus", str(truth.parent / "none"), "--truth", str(truth), "--duration", SECONDS, *arguments]
-    pipeline, data = Pipeline(PipelineSettings()), bytearray()
+    pieces: list[tuple[int, bytes]] = []
     with HostBoard(binary, *command) as board:
         line = os.open(board.port, os.O_RDONLY | os.O_NOCTTY)
         with contextlib.suppress(OSError):  # EIO: the board has closed its end
             while piece := os.read(line, 4096):
-                pipeline.feed(piece, time.monotonic_ns())
-                data += piece
+                pieces.append((time.monotonic_ns(), piece))
+                time.sleep(READ_EVERY)
         os.close(line)
         assert board.end() == 0
-    frames = [Frame(uncobs(packet)) for packet in bytes(data).split(b"\0")[:-1]]
+    pipeline = Pipeline(PipelineSettings())
+    for arrival_ns, piece in pieces:
+        pipeline.feed(piece, arrival_ns)
+    arrivals = list(arrived(pieces))
     return Run(
-        [frame for frame in frames if frame.sound],
+        [frame for _, frame in arrivals],
         vars(pipeline.link.counts),
+        pipeline.clock.steps,
+        slowest(arrivals),
         json.loads(truth.read_text()),
         "".join(board.said),
     )
+
+
+def arrived(pieces: list[tuple[int, bytes]]) -> Iterator[tuple[float, Frame]]:
+    """The sound frames with the times (us) at which they were whole."""
+    pending = b""
+    for arrival_ns, piece in pieces:
+        *packets, pending = (pending + piece).split(b"\0")
+        yield from ((arrival_ns / 1000, frame) for frame in map(Frame, map(uncobs, packets)) if frame.sound)
+
+
+def slowest(arrivals: list[tuple[float, Frame]]) -> float:
+    """The largest difference of the delays (us) of frames between which the board did not start anew."""
+    most, least, newest_us = 0.0, float("inf"), 0
+    for arrival_us, frame in arrivals:
+        if frame.time_us < newest_us - 500_000:
+            least = float("inf")
+        newest_us = frame.time_us
+        least = min(least, arrival_us - frame.time_us)
+        most = max(most, arrival_us - frame.time_us - least)
+    return most
 
 
 @pytest.fixture(scope="module")
@@ -87,11 +118,14 @@ def runs(firmware_build: Path, tmp_path_factory: pytest.TempPathFactory) -> dict
 @pytest.mark.parametrize("name", CASES)
 def test_driver_counts_what_was_injected(runs: dict[str, Run], name: str) -> None:
     got = runs[name]
-    print(got.counts, got.truth)
+    print(got.counts, got.clock_steps, f"{got.delay_us:.0f} us", got.truth)
+    assert (got.truth["unsent"], got.truth["unread"]) == (0, 0)
     assert got.counts["received"] > 500
     assert got.counts["reordered"] == 0
-    for count in ("received", "lost", "corrupt", "duplicate", "restarts"):
+    for count in ("received", "lost", "corrupt", "duplicate"):
         assert got.counts[count] == got.truth[count], count
+    assert got.counts["restarts"] - got.clock_steps == got.truth["restarts"]
+    assert got.clock_steps == 0 or got.delay_us > 50_000
 
 
 def test_every_fault_struck(runs: dict[str, Run]) -> None:
@@ -126,7 +160,7 @@ def test_a_radio_that_lost_its_registers_is_found_within_a_second(runs: dict[str
     got = runs["radio_reset"]
     assert got.truth["radio"]["restarts"] >= 1
     assert 1 <= got.truth["lost"] - got.truth["dropped"] <= 330
-    assert of_type(got.frames, MPU)[-1].time_us > 4_000_000
+    assert of_type(got.frames, MPU)[-1].time_us > 3_200_000
 
 
 def test_a_dead_i2c_bus_fails_reads_and_comes_back(runs: dict[str, Run]) -> None:
@@ -139,7 +173,9 @@ def test_a_dead_i2c_bus_fails_reads_and_comes_back(runs: dict[str, Run]) -> None
     assert len(dead) > 150
     assert all(frame.flags & FAILED for frame in dead)
     assert all(frame.raw[8:22] == bytes(14) for frame in dead)
-    assert not any(frame.flags & FAILED for frame in mpu if frame.time_us > 4_000_000)
+    alive = [frame for frame in mpu if frame.time_us > 3_300_000]
+    assert len(alive) > 50
+    assert not any(frame.flags & FAILED for frame in alive)
 
 
 def test_a_chip_that_holds_sda_is_clocked_free(runs: dict[str, Run]) -> None:
@@ -155,12 +191,13 @@ def test_a_stretched_clock_ends_at_the_deadline(runs: dict[str, Run]) -> None:
 
 
 def test_same_seed_same_faults(runs: dict[str, Run]) -> None:
-    first, second = (runs[name].truth for name in ("lose", "lose_again"))
-    if first["dropped"] or second["dropped"]:
-        pytest.skip("the machine was too busy to read in time: packets were dropped besides the injected losses")
-    numbers = [{frame.sequence for frame in runs[name].frames} for name in ("lose", "lose_again")]
-    both = range(min(map(max, numbers)))
-    assert [number in numbers[0] for number in both] == [number in numbers[1] for number in both]
+    """The same frames are missing, but for those that either board dropped because we were late in reading."""
+    first, second = runs["lose"], runs["lose_again"]
+    heard = [{frame.sequence for frame in got.frames} for got in (first, second)]
+    missing = [set(range(min(map(max, heard)))) - numbers for numbers in heard]
+    assert len(missing[0] & missing[1]) > 10
+    assert len(missing[0] - missing[1]) <= first.truth["dropped"]
+    assert len(missing[1] - missing[0]) <= second.truth["dropped"]
 
 
 def test_truth_upon_request(firmware_build: Path, tmp_path: Path) -> None:
@@ -168,10 +205,11 @@ def test_truth_upon_request(firmware_build: Path, tmp_path: Path) -> None:
     with HostBoard(firmware_build / "gsense_board", "--bus", str(tmp_path / "none"), "--truth", str(path)) as board:
         board.read(0.5)
         board.process.send_signal(signal.SIGUSR1)
-        end = time.monotonic() + 5
+        end = time.monotonic() + 30
         while not path.exists() and time.monotonic() < end:
             time.sleep(0.02)
         assert json.loads(path.read_text())["schema"] == "gsense-truth/1"
+        board.process.kill()  # its end would wait for a reader
 
 
 @pytest.mark.parametrize(
@@ -184,6 +222,6 @@ def test_truth_upon_request(firmware_build: Path, tmp_path: Path) -> None:
 )
 def test_bad_fault_options(firmware_build: Path, arguments: tuple[str, ...], said: str) -> None:
     command = [str(firmware_build / "gsense_board"), *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=10, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
     assert said in done.stderr

@@ -9,6 +9,7 @@ import signal
 import statistics
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -29,6 +30,7 @@ from tests.firmware.host_board import (
     lost,
     of_type,
     uncobs,
+    uneven,
 )
 
 
@@ -44,11 +46,7 @@ def bus(tmp_path: Path) -> Iterator[BusWriter]:
     writer.stop()
 
 
-def steps(frames: list[Frame]) -> set[int]:
-    return {(b.time_us - a.time_us) % 2**32 for a, b in itertools.pairwise(frames)}
-
-
-def wait_until(what: str, condition: object, seconds: float = 5.0) -> None:
+def wait_until(what: str, condition: object, seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():  # type: ignore[operator]
         assert time.monotonic() < end, f"no {what} within {seconds} s"
@@ -57,16 +55,14 @@ def wait_until(what: str, condition: object, seconds: float = 5.0) -> None:
 
 def test_bench_streams_without_loss(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none")) as board:
-        frames = board.read(2.2)
+        frames = board.read_until(lambda frames: len(of_type(frames, MPU)) > 400)
         assert board.end() == 0
     assert all(frame.sound for frame in frames)
-    assert lost(frames) == 0
-    assert frames[0].type == STATUS
+    assert lost(frames) <= board.missed
     mpu, bno = of_type(frames, MPU), of_type(frames, BNO)
-    assert steps(mpu) == {5000}
-    assert steps(bno) == {10000}
-    assert len(mpu) > 250
-    assert len(bno) > 100
+    assert uneven(mpu, 5000) <= board.missed
+    assert uneven(bno, 10000) <= board.missed
+    assert len(bno) > 150
     assert not any(frame.flags & (FAILED | LOW) for frame in frames)
     assert {bool(frame.flags & STARTED) for frame in mpu} == {True, False}
     assert statistics.mean(frame.get(">h", 12) for frame in mpu) == pytest.approx(8192, abs=10)  # 1 g on z
@@ -79,7 +75,7 @@ def test_bench_streams_without_loss(binary: Path, tmp_path: Path) -> None:
 
 def test_no_frame_comes_before_its_board_time(binary: Path, tmp_path: Path) -> None:
     """By the least delay of a type, which a loaded machine only makes longer; jobs of a slot add up to 0.9 ms."""
-    least: dict[int, float] = {}
+    least: dict[int, float] = {}  # in the order of arrival
     pending = b""
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--duration", "3.5") as board:
         line = os.open(board.port, os.O_RDONLY | os.O_NOCTTY)
@@ -92,27 +88,29 @@ def test_no_frame_comes_before_its_board_time(binary: Path, tmp_path: Path) -> N
         os.close(line)
     print({kind: round(delay - least[MPU]) for kind, delay in least.items()})
     assert set(least) == {MPU, BNO, STATUS}
+    assert next(iter(least)) == STATUS
     assert all(delay > least[MPU] - 400 for delay in least.values())
 
 
 def test_fast_profile_and_ndof(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast", "--bno", "ndof") as board:
-        frames = board.read(1.2)
+        frames = board.read_until(lambda frames: len(of_type(frames, NDOF)) > 100)
     assert all(frame.sound for frame in frames)
-    assert lost(frames) == 0
-    assert steps(of_type(frames, MPU)) == {2000}
-    assert steps(of_type(frames, NDOF)) == {10000}
+    assert lost(frames) <= board.missed
+    assert len(of_type(frames, MPU)) > 400
+    assert uneven(of_type(frames, MPU), 2000) <= board.missed
+    assert uneven(of_type(frames, NDOF), 10000) <= board.missed
     assert not of_type(frames, BNO)
 
 
 def test_clock_wraps_and_skews(binary: Path, tmp_path: Path) -> None:
     arguments = ("--bus", str(tmp_path / "none"), "--start-us", str(2**32 - 1_200_000), "--skew-ppm", "-50")
     with HostBoard(binary, *arguments) as board:
-        frames = board.read(1.6)
+        frames = board.read_until(lambda frames: any(frame.time_us < 100_000 for frame in of_type(frames, MPU)))
     mpu = of_type(frames, MPU)
-    assert lost(frames) == 0
-    assert steps(mpu) == {5000}
-    assert mpu[-1].time_us < mpu[0].time_us
+    assert lost(frames) <= board.missed
+    assert uneven(mpu, 5000) <= board.missed
+    assert mpu[0].time_us > 2**32 - 1_200_000
 
 
 def test_same_seed_same_noise(binary: Path, tmp_path: Path) -> None:
@@ -129,27 +127,23 @@ def test_same_seed_same_noise(binary: Path, tmp_path: Path) -> None:
 
 
 def test_time_is_not_bent_by_a_late_simulation(binary: Path, tmp_path: Path, bus: BusWriter) -> None:
+    pauses = threading.Thread(target=hold_in_turn, args=(bus, (0.05, 0.15, 0.02)), daemon=True)
     with HostBoard(binary, "--bus", str(tmp_path / "bus"), "--no-bench") as board:
-        time.sleep(0.8)
-        for pause in (0.05, 0.15, 0.02):
-            bus.hold(pause)
-            time.sleep(0.1)
-        frames = board.read(2.0)
+        board.read_until(lambda frames: any(not frame.flags & FAILED for frame in of_type(frames, MPU)))
+        pauses.start()
+        frames = board.read_until(lambda frames: len(learnt(frames)) > 150 and not pauses.is_alive())
         mpu = [frame for frame in of_type(frames, MPU) if not frame.flags & FAILED]
-        assert len(mpu) > 300
         assert all(frame.sound for frame in frames)
-        assert lost(frames) == 0
         # Image's millisecond minus board time is constant to the millisecond of the images.
         offsets = [(frame.get(">h", 8) * 1000 - frame.time_us) % (2**15 * 1000) for frame in mpu]
         assert max(offsets) - min(offsets) <= 1000
         assert mpu[0].get("<H", 22) == 16 * bus.lisy
         assert mpu[0].get("<H", 24) == pytest.approx(bus.battery_mv, abs=4)
         # A BNO sample's time as the board tells it, against the simulation's.
-        bno = [frame for frame in of_type(frames, BNO) if not frame.flags & FAILED]
-        errors = [frame.time_us - frame.get("<H", 28) - frame.get("<h", 20) * BNO_PERIOD_NS / 1000 for frame in bno]
-        wrap = (
-            2**16 * BNO_PERIOD_NS / 1000
-        )  # the image's count of samples has 16 bits, and its zero may fall into the run
+        errors = [
+            frame.time_us - frame.get("<H", 28) - frame.get("<h", 20) * BNO_PERIOD_NS / 1000 for frame in learnt(frames)
+        ]
+        wrap = 2**16 * BNO_PERIOD_NS / 1000  # the image's count has 16 bits, and its zero may fall into the run
         errors = [(error - errors[0] + wrap / 2) % wrap - wrap / 2 for error in errors]
         print(f"age of the BNO sample: {statistics.pstdev(errors):.0f} us rms about its mean, {len(errors)} reads")
         assert statistics.pstdev(errors) < 1000
@@ -157,35 +151,51 @@ def test_time_is_not_bent_by_a_late_simulation(binary: Path, tmp_path: Path, bus
         assert [bus.register("mpu", number) for number in (0x19, 0x1A, 0x1B, 0x1C, 0x6B)] == [4, 3, 8, 8, 1]
         assert [bus.register("bno1", number) for number in (0x08, 0x09, 0x0A)] == [0x0D, 0x0B, 0x38]
         assert [bus.register("bno0", number) for number in (0x3B, 0x3D)] == [0, 7]
+        assert board.end() == 0
+        assert lost(frames) <= board.missed
+
+
+def hold_in_turn(bus: BusWriter, pauses: tuple[float, ...]) -> None:
+    for pause in pauses:
+        bus.hold(pause)
+        time.sleep(0.2)
+
+
+def learnt(frames: list[Frame]) -> list[Frame]:
+    """Those of the BNO055 after the 3 s in which the board finds the rhythm of its samples."""
+    return [frame for frame in of_type(frames, BNO) if not frame.flags & FAILED and frame.time_us > 3_000_000]
 
 
 def test_dead_simulation_gives_failed_reads_and_a_new_one_is_found(binary: Path, tmp_path: Path) -> None:
     path = tmp_path / "bus"
     with HostBoard(binary, "--bus", str(path)) as board:
-        assert of_type(board.read(0.5), MPU)  # bench first
+        board.read_until(lambda frames: bool(of_type(frames, MPU)))  # bench first
         first = BusWriter(path)
         wait_until("pick-up of the bus", lambda: any("reads the sensor bus" in line for line in board.said))
-        time.sleep(0.2)
-        assert of_type(board.read(0.3), MPU)[-1].get("<H", 22) == 16 * 300
+        board.read_until(lambda frames: lisy(frames) == 16 * 300)
         first.stop()
-        time.sleep(0.8)
-        board.read(0.1)  # what was under way
-        dead = board.read(0.3)
-        assert all(frame.flags & FAILED for frame in dead if frame.type != STATUS)
-        assert len(dead) > 20
+        board.read_until(lambda frames: all_failed(frames[-30:]))
+        assert all_failed(board.read_until(lambda frames: len(frames) > 60))
         second = BusWriter(path, lisy=700)
-        alive = next(frame for frame in reversed(of_type(board.read(1.5), MPU)) if not frame.flags & FAILED)
-        assert alive.get("<H", 22) == 16 * 700
+        board.read_until(lambda frames: lisy(frames) == 16 * 700)
         second.stop()
+
+
+def all_failed(frames: list[Frame]) -> bool:
+    """Of more than a few, all but the board's own STATUS."""
+    return len(frames) > 20 and all(frame.flags & FAILED for frame in frames if frame.type != STATUS)
+
+
+def lisy(frames: list[Frame]) -> int | None:
+    """What the newest MPU frame that did not fail tells of the LISY300."""
+    return next((frame.get("<H", 22) for frame in reversed(of_type(frames, MPU)) if not frame.flags & FAILED), None)
 
 
 def test_without_bench_reads_fail(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--no-bench") as board:
-        frames = board.read(1.8)
-    assert lost(frames) == 0
+        frames = board.read_until(lambda frames: len(of_type(frames, MPU)) > 300 and len(of_type(frames, BNO)) > 100)
+    assert lost(frames) <= board.missed
     assert all(frame.flags & FAILED for frame in frames if frame.type != STATUS)
-    assert of_type(frames, MPU)
-    assert of_type(frames, BNO)
 
 
 @pytest.mark.parametrize("content", [b"", b"GSNSBUS1", b"x" * 40000])
@@ -193,7 +203,7 @@ def test_a_file_that_is_no_bus_is_ignored(binary: Path, tmp_path: Path, content:
     path = tmp_path / "bus"
     path.write_bytes(content)
     with HostBoard(binary, "--bus", str(path), "--duration", "0.5") as board:
-        assert board.process.wait(timeout=10) == 0
+        assert board.process.wait(timeout=60) == 0
     assert any("lying still" in line for line in board.said)
     assert content == b"" or any("not a sensor bus" in line for line in board.said)
 
@@ -201,12 +211,11 @@ def test_a_file_that_is_no_bus_is_ignored(binary: Path, tmp_path: Path, content:
 def test_nobody_reads_then_whole_packets_only(binary: Path, tmp_path: Path) -> None:
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--profile", "fast") as board:
         time.sleep(1.4)
-        frames = board.read(0.5)
+        frames = board.read_until(lambda frames: len(frames) > 100)
         assert all(frame.sound for frame in frames)
         assert frames[0].sequence > 300  # the oldest are gone, not the newest
-        again = board.read(0.8)  # a reader may come back
+        again = board.read_until(lambda frames: len(frames) > 400)  # a reader may come back
         assert all(frame.sound for frame in again)
-        assert len(again) > 50
         assert board.end() == 0
     assert any("dropped for want of a reader" in line and " 0 dropped" not in line for line in board.said)
 
@@ -217,7 +226,7 @@ def test_link_is_made_and_removed(binary: Path, tmp_path: Path, how: signal.Sign
     with HostBoard(binary, "--bus", str(tmp_path / "none"), "--link", str(link)) as board:
         assert str(link.readlink()) == board.port
         board.process.send_signal(how)
-        assert board.process.wait(timeout=10) == 0
+        assert board.process.wait(timeout=60) == 0
     assert not link.is_symlink()
 
 
@@ -237,7 +246,7 @@ def test_exits_with_its_parent_when_asked(binary: Path, tmp_path: Path) -> None:
         "stdout=subprocess.PIPE)\n"
         "board.stdout.readline()\n"
     )
-    subprocess.run([sys.executable, "-c", script], check=True, timeout=20)
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60)
     wait_until("removal of the link", lambda: not link.is_symlink())
 
 
@@ -251,7 +260,7 @@ def test_exits_with_its_parent_when_asked(binary: Path, tmp_path: Path) -> None:
     ],
 )
 def test_bad_arguments_are_said_in_one_line(binary: Path, arguments: tuple[str, ...], said: str) -> None:
-    done = subprocess.run([binary, *arguments], capture_output=True, text=True, timeout=10, check=False)
+    done = subprocess.run([binary, *arguments], capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode in (1, 2)
     assert done.stdout == ""
     assert len(done.stderr.splitlines()) == 1

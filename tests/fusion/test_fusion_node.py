@@ -26,18 +26,16 @@ from gsense_fusion import fusion_node  # noqa: E402
 
 from .bag_data import ROOT  # noqa: E402
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain")]
 
 QOS = QoSProfile(depth=2000)
 COUNT, STEP_NS, START_NS = 500, 5_000_000, 1_760_000_000_000_000_000
 K = 0.001
-DOMAIN = 46
 
 
 def _environment() -> dict[str, str]:
     path = os.pathsep.join([str(ROOT / "src" / "gsense_fusion"), os.environ.get("PYTHONPATH", "")])
-    more = {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": path}
-    return {**os.environ, **more}
+    return {**os.environ, "PYTHONPATH": path}
 
 
 def _command(**parameters: Any) -> list[str]:
@@ -50,7 +48,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.context = rclpy.Context()
-        rclpy.init(context=self.context, domain_id=DOMAIN)
+        rclpy.init(context=self.context)
         self.node = rclpy.create_node("bench", context=self.context)
         self.executor = rclpy.executors.SingleThreadedExecutor(context=self.context)
         self.executor.add_node(self.node)
@@ -102,8 +100,7 @@ class Bench:
 
 
 @pytest.fixture
-def bench(monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def bench() -> Iterator[Bench]:
     made = Bench()
     yield made
     made.close()
@@ -201,7 +198,6 @@ def test_what_cannot_be_used_is_one_line_and_2(
     files = {"BAD": str(bad), "OTHER": str(other)}
     parameters = {name: files.get(value, value) for name, value in parameters.items()}
     monkeypatch.setattr(sys, "argv", ["fusion", *_command(**parameters)[3:]])
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(DOMAIN))
     assert fusion_node.main() == 2
     lines = capfd.readouterr().err.strip().splitlines()
     assert len(lines) == 1

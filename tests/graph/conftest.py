@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.domains import own_domain
 
 K = 0.001  # (rad/s)/(m/s^2), of the BNO055's compensation file
 AMPLITUDE, ANGULAR_FREQUENCY, CYCLES = 0.15, 6.0, 5
@@ -80,16 +81,19 @@ def topics() -> dict[str, Any]:
 def told(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Told]:
     pytest.importorskip("rclpy", reason="needs ROS 2: run by ./rig test")
     pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace: run by ./rig test")
-    from .ears import Ears
-    from .processes import DOMAIN, Graph
+    with own_domain():
+        yield from _live(tmp_path_factory.mktemp("graph"))
 
-    os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    folder = tmp_path_factory.mktemp("graph")
+
+def _live(folder: Path) -> Iterator[Told]:
+    from .ears import Ears
+    from .processes import Graph
+
     graph = Graph(folder)
     ears = None
     try:
         _start(graph, folder)
-        ears = Ears(DOMAIN, topics())
+        ears = Ears(topics())
         made = Told(ears, graph, bags={name: folder / name for name in ("bag_int", "bag_term")})
         _play(made)
         graph.close()  # the tests look at what was heard; a graph that goes on would slow down all the others

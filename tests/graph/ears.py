@@ -25,11 +25,11 @@ def stamp_ns(raw: bytes) -> int:
 
 
 class Ears:
-    def __init__(self, domain: int, topics: dict[str, Any]) -> None:
+    def __init__(self, topics: dict[str, Any]) -> None:
         self.types = topics
         self.heard: dict[str, list[bytes]] = {name: [] for name in topics}
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(context=self.context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node("ears", context=self.context)
         self.executor = _executor(self.context)
         self.executor.add_node(self.node)

@@ -1,4 +1,4 @@
-"""Starts the installed executables of the graph in a domain of the tests' own, and ends them whatever happens."""
+"""Starts the installed executables of the graph in the domain of the environment, and ends them whatever happens."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ import signal
 import subprocess
 import time
 from pathlib import Path
-
-DOMAIN = 50 + os.getpid() % 50
 
 
 def executable(package: str, name: str) -> Path:
@@ -28,14 +26,9 @@ def parameters(**values: object) -> list[str]:
 class Graph:
     """Processes with their logs in a folder."""
 
-    def __init__(self, folder: Path, domain: int = DOMAIN) -> None:
+    def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.environment = {
-            **os.environ,
-            "ROS_DOMAIN_ID": str(domain),
-            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            "PYTHONUNBUFFERED": "1",
-        }
+        self.environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         self.processes: dict[str, subprocess.Popen[str]] = {}
 
     def start(self, label: str, package: str, name: str, *arguments: str) -> subprocess.Popen[str]:

@@ -15,7 +15,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain"), pytest.mark.timeout(300)]
 
 PLAN = """
 runs:
@@ -26,14 +26,7 @@ runs:
 
 
 def _environment(folder: Path) -> dict[str, str]:
-    from .processes import DOMAIN
-
-    return {
-        **os.environ,
-        "ROS_DOMAIN_ID": str(DOMAIN + 1),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-        "TMPDIR": str(folder),
-    }
+    return {**os.environ, "TMPDIR": str(folder)}
 
 
 def _command(folder: Path, *more: str) -> list[str]:

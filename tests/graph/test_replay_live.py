@@ -27,21 +27,19 @@ rclpy = pytest.importorskip("rclpy", reason="no ROS here: run by ./rig test")
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain")]
 
 ROOT = Path(__file__).resolve().parents[2]
 FILTERS = ("complementary", "kalman", "madgwick", "mahony", "vqf", "bounded", "rig_aided")
-DOMAIN = 46
 
 
 def _node() -> subprocess.Popen[str]:
     path = os.pathsep.join([str(ROOT / "src" / "gsense_fusion"), os.environ.get("PYTHONPATH", "")])
-    more = {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": path}
     names = f"[{', '.join(FILTERS)}]"
     values = {"sensor": "mpu6050", "filter": names, "compensation_file": str(BAGS / COMPENSATION)}
     words = [word for key, value in values.items() for word in ("-p", f"{key}:={value}")]
     command = [sys.executable, "-m", "gsense_fusion.fusion_node", "--ros-args", *words]
-    return subprocess.Popen(command, env=os.environ | more, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, env=os.environ | {"PYTHONPATH": path}, stderr=subprocess.PIPE, text=True)
 
 
 def _play(node: Any, spin: Any) -> int:
@@ -63,12 +61,11 @@ def _play(node: Any, spin: Any) -> int:
     return len(raw["/mpu6050/imu/data_raw"].payloads)
 
 
-def test_a_bag_played_through_dds_gives_the_numbers_of_replay(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def test_a_bag_played_through_dds_gives_the_numbers_of_replay() -> None:
     channels = [name + end for name in FILTERS for end in ("", "_gcomp")]
     heard: dict[str, list[Any]] = {name: [] for name in channels}
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=DOMAIN)
+    rclpy.init(context=context)
     node = rclpy.create_node("player", context=context)
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
     executor.add_node(node)

@@ -18,6 +18,8 @@ from rosbags.typesys import Stores, get_typestore
 
 pytest.importorskip("rclpy", reason="needs the ROS environment: run by ./rig test")
 
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain")]
+
 ROOT = Path(__file__).resolve().parents[2]
 PUBLISHER = Path(__file__).with_name("imu_publisher.py")
 
@@ -25,8 +27,7 @@ PUBLISHER = Path(__file__).with_name("imu_publisher.py")
 @contextmanager
 def process(*command: str, cwd: Path) -> Iterator[subprocess.Popen[str]]:
     path = os.pathsep.join([str(ROOT / "src" / "gsense_rig"), os.environ.get("PYTHONPATH", "")])
-    domain = str(120 + os.getpid() % 80)  # of its own: other graphs on this machine are not ours
-    environment = {**os.environ, "PYTHONPATH": path, "ROS_DOMAIN_ID": domain}
+    environment = {**os.environ, "PYTHONPATH": path}
     started = subprocess.Popen(
         [sys.executable, *command], cwd=cwd, env=environment, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     )
@@ -42,7 +43,6 @@ def recorder(*parameters: str) -> list[str]:
     return ["-m", "gsense_rig.record", "--ros-args", *arguments]
 
 
-@pytest.mark.graph
 @pytest.mark.parametrize(("how", "count"), [(signal.SIGINT, 100), (signal.SIGTERM, 1000)])
 def test_records_every_message_and_closes_on_a_signal(tmp_path: Path, how: signal.Signals, count: int) -> None:
     with process(*recorder("out:=bag"), cwd=tmp_path) as record:
@@ -64,7 +64,6 @@ def test_records_every_message_and_closes_on_a_signal(tmp_path: Path, how: signa
     assert [m.angular_velocity.x for m in seen] == [float(k) for k in range(count)]
 
 
-@pytest.mark.graph
 def test_metadata_is_what_rosbag2_writes(tmp_path: Path) -> None:
     command = recorder("out:=bag", "topics:=['mpu6050/imu/data_raw']")
     with process(*command, cwd=tmp_path) as record, process(str(PUBLISHER), "20", "200", cwd=tmp_path):
@@ -87,7 +86,6 @@ def test_metadata_is_what_rosbag2_writes(tmp_path: Path) -> None:
     assert sorted(p.name for p in (tmp_path / "bag").iterdir()) == ["bag_0.mcap", "metadata.yaml"]
 
 
-@pytest.mark.graph
 def test_refuses_an_existing_folder_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     with process(*recorder("out:=bag"), cwd=tmp_path) as record:
@@ -104,7 +102,6 @@ def numbers(bag: Path) -> list[int]:
         return [reader.deserialize(raw, c.msgtype).header.stamp.sec for c, _, raw in reader.messages(imu)]
 
 
-@pytest.mark.graph
 def test_a_killed_recorder_loses_less_than_a_second(tmp_path: Path) -> None:
     """SIGKILL in a live stream at 200 Hz: all but the last second is read at once, and by rosbag2 after the repair."""
     from gsense_fusion.bags import load_run
@@ -134,7 +131,6 @@ def test_a_killed_recorder_loses_less_than_a_second(tmp_path: Path) -> None:
     assert readable[-1] > killed - 1_000_000_000
 
 
-@pytest.mark.graph
 def test_goes_on_when_a_topic_is_late_and_splits(tmp_path: Path) -> None:
     names = "topics:=['mpu6050/imu/data_raw', 'mpu6050/temperature', 'never']"
     with process(*recorder("out:=bag", "max_bag_size:=100000", names), cwd=tmp_path) as record:
@@ -156,7 +152,6 @@ def test_goes_on_when_a_topic_is_late_and_splits(tmp_path: Path) -> None:
     assert data["relative_file_paths"] == [f"bag_{k}.mcap" for k in range(len(data["files"]))]
 
 
-@pytest.mark.graph
 def test_a_full_disk_ends_the_recorder_with_a_closed_bag(tmp_path: Path) -> None:
     """A file system of 5 MB, of which the reserve takes 4: what was written is readable, the rest is counted."""
     mount = ["unshare", "--map-root-user", "--mount", "sh", "-c"]

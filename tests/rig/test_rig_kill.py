@@ -15,12 +15,11 @@ from tests.rig.test_rig_node import Client, start_node
 from gsense_rig.hardware.sim_memory import SIZE, RailMemory
 from gsense_rig.plant.state import POSITION, SPEED
 
-pytestmark = [pytest.mark.graph, pytest.mark.slow]
+pytestmark = [pytest.mark.graph, pytest.mark.slow, pytest.mark.usefixtures("domain")]
 
 
 @pytest.fixture
-def client(monkeypatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def client():
     client = Client()
     yield client
     client.close()

@@ -26,7 +26,7 @@ from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
-DOMAIN = int(os.environ.get("ROS_DOMAIN_ID", "44"))
+pytestmark = pytest.mark.usefixtures("domain")
 
 
 def start_node(tmp_path, *parameters):
@@ -34,8 +34,6 @@ def start_node(tmp_path, *parameters):
     environment = {
         **os.environ,
         "PYTHONPATH": os.pathsep.join([str(ROOT / "src/gsense_rig"), *sys.path]),
-        "ROS_DOMAIN_ID": str(DOMAIN),
-        "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     }
     return subprocess.Popen(
         [sys.executable, "-m", "gsense_rig.rig_node", "--ros-args", *arguments],
@@ -58,7 +56,7 @@ class Client:
 
     def __init__(self):
         self.context = Context()
-        rclpy.init(context=self.context, domain_id=DOMAIN)
+        rclpy.init(context=self.context)
         self.node = rclpy.create_node("rig_test", context=self.context)
         self.got = {name: [] for name, _ in self.TOPICS}
         for name, kind in self.TOPICS:
@@ -110,8 +108,7 @@ class Client:
 
 
 @pytest.fixture
-def client(monkeypatch):
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")  # as the node's, or they do not meet
+def client():
     client = Client()
     yield client
     client.close()

@@ -18,7 +18,7 @@
 #define WATCHDOG_NS 500000000u
 #define HALF_CLOCK_NS 5000u
 #define DRAIN_NS 400000000u         /* a reader that takes nothing for so long is none */
-#define PATIENT_DRAIN_NS 2000000000u
+#define PATIENT_DRAIN_NS 5000000000u
 #define SUSPENDED_NS 1000000000u /* further behind than this: the host slept */
 
 host the_host;
@@ -125,10 +125,9 @@ static void reset_if_due(void)
 void host_drain(bool patient)
 {
     const uint64_t patience_ns = patient ? PATIENT_DRAIN_NS : DRAIN_NS;
-    const uint64_t settled_ns = patience_ns / 4u; /* the terminal passes bytes on with a delay of its own */
     size_t left = pty_left(&the_host.pty);
     uint64_t changed_ns = host_now_ns();
-    for (uint64_t now = changed_ns; now < changed_ns + (left > 0 ? patience_ns : settled_ns); now = host_now_ns()) {
+    for (uint64_t now = changed_ns; left > 0 && now < changed_ns + patience_ns; now = host_now_ns()) {
         pty_service(&the_host.pty, now);
         const size_t still = pty_left(&the_host.pty);
         changed_ns = still != left ? now : changed_ns;

@@ -2,6 +2,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -99,12 +100,17 @@ void pty_send(pty_link *pty, const pty_packet *packet)
 
 uint64_t pty_next_due(const pty_link *pty) { return pty->waiting > 0 ? pty->queue[pty->first].due_ns : UINT64_MAX; }
 
-size_t pty_left(const pty_link *pty)
+/* FIONREAD alone does not see what the kernel's worker has not yet passed on to the terminal's read buffer (after more than
+ * a second on a loaded machine); a poll waits for that worker. */
+size_t pty_unread(const pty_link *pty)
 {
+    struct pollfd input = {.fd = pty->slave, .events = POLLIN};
     int unread = 0;
-    const bool known = ioctl(pty->slave, FIONREAD, &unread) == 0;
-    return pty->waiting * PTY_PACKET_SIZE + (known ? (size_t)unread : 0u);
+    const bool known = poll(&input, 1, 0) >= 0 && ioctl(pty->slave, FIONREAD, &unread) == 0;
+    return known ? (size_t)unread : 0u;
 }
+
+size_t pty_left(const pty_link *pty) { return pty->waiting * PTY_PACKET_SIZE + pty_unread(pty); }
 
 static bool has_room(const pty_link *pty, size_t size)
 {

@@ -42,6 +42,8 @@ void pty_send(pty_link *pty, const pty_packet *packet);
 void pty_service(pty_link *pty, uint64_t now_ns);
 /* When the next packet is due; UINT64_MAX: none waits. */
 uint64_t pty_next_due(const pty_link *pty);
+/* Bytes that the terminal holds for a reader; waits until the kernel has passed on what was sent to it. */
+size_t pty_unread(const pty_link *pty);
 /* Bytes that a reader has not taken yet, in packets and in the terminal. */
 size_t pty_left(const pty_link *pty);
 /* Removes the link if it is still ours. */

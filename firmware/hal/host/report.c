@@ -11,9 +11,9 @@ static void write_line(FILE *out, const host *h, const board *b)
     const truth *t = &h->pty.delivered;
     fprintf(out, "{\"schema\": \"gsense-truth/1\", \"seed\": %" PRIu32 ", \"received\": %" PRIu64 ", \"lost\": %" PRIu64
             ", \"corrupt\": %" PRIu64 ", \"duplicate\": %" PRIu64 ", \"restarts\": %" PRIu64 ", \"unknowable\": %" PRIu64
-            ", \"unsent\": %zu, \"dropped\": %" PRIu64,
+            ", \"unsent\": %zu, \"unread\": %zu, \"dropped\": %" PRIu64,
             h->options.seed, t->received, t->lost, t->corrupt, t->duplicate, t->restarts, t->unknowable, h->pty.waiting,
-            h->pty.dropped);
+            pty_unread(&h->pty), h->pty.dropped);
     fprintf(out, ", \"air\": {\"frames\": %" PRIu64 ", \"attempts\": %" PRIu64 ", \"undelivered\": %" PRIu64 "}",
             h->air.frames, h->air.attempts, h->air.undelivered);
     fprintf(out, ", \"radio\": {\"given_up\": %u, \"stuck\": %u, \"restarts\": %u}", b->radio.given_up, b->radio.stuck,

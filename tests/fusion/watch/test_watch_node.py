@@ -22,10 +22,10 @@ from geometry_msgs.msg import Vector3Stamped  # noqa: E402
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 
-pytestmark = pytest.mark.graph
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain")]
 
 ROOT = Path(__file__).resolve().parents[3]
-DOMAIN, QOS = 88, QoSProfile(depth=2000)
+QOS = QoSProfile(depth=2000)
 START_NS, STEP_NS, REST_S, ONSET_S, END_S = 1_760_000_000_000_000_000, 5_000_000, 4.0, 24.0, 44.0
 W, STROKE, BIAS = 6.0, 0.15, 0.02
 
@@ -33,10 +33,9 @@ W, STROKE, BIAS = 6.0, 0.15, 0.02
 def node(*parameters: str) -> subprocess.Popen[str]:
     """The node as a process."""
     path = os.pathsep.join([str(ROOT / "src" / "gsense_fusion"), os.environ.get("PYTHONPATH", "")])
-    more = {"ROS_DOMAIN_ID": str(DOMAIN), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST", "PYTHONPATH": path}
     command = [sys.executable, "-m", "gsense_fusion.watch_node", "--ros-args"]
     command += [word for parameter in parameters for word in ("-p", parameter)]
-    return subprocess.Popen(command, env=os.environ | more, stderr=subprocess.PIPE, text=True)
+    return subprocess.Popen(command, env=os.environ | {"PYTHONPATH": path}, stderr=subprocess.PIPE, text=True)
 
 
 def spin_until(executor: Any, done: Any, seconds: float) -> bool:
@@ -66,11 +65,10 @@ def sample(i: int, rng: np.random.Generator) -> tuple[Any, Any]:
 
 
 @pytest.mark.timeout(300)
-def test_an_effect_that_enters_is_named_in_diagnostics(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+def test_an_effect_that_enters_is_named_in_diagnostics(tmp_path: Path) -> None:
     write_compensation(tmp_path / "c.yaml", CompensationFile("mpu6050"))
     context = rclpy.Context()
-    rclpy.init(context=context, domain_id=DOMAIN)
+    rclpy.init(context=context)
     bench = rclpy.create_node("bench", context=context)
     executor = rclpy.executors.SingleThreadedExecutor(context=context)
     executor.add_node(bench)
