@@ -3,6 +3,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -84,13 +85,31 @@ def test_what_is_no_log_is_said_with_its_name(content, words):
     assert "\n" not in str(caught.value)
 
 
-def test_a_disk_too_slow_costs_records_that_are_counted_and_told(tmp_path):
+class Disk(io.FileIO):
+    """Stands still until it is let go."""
+
+    free = threading.Event()
+
+    def write(self, data):
+        assert self.free.wait(60.0)
+        return super().write(data)
+
+
+def wait_until(condition, seconds=60.0):
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "timed out"
+        time.sleep(0.02)
+
+
+def test_a_disk_too_slow_costs_records_that_are_counted_and_told(tmp_path, monkeypatch):
+    monkeypatch.setattr(raw_log_writer, "_create", lambda path: (path, Disk(path, "xb")))
+    Disk.free.clear()
     writer = RawLogWriter(str(tmp_path / "a.raw"), HEADER, limit_bytes=1000)
-    begin = time.monotonic()
     for i in range(100):
-        writer.put(Kind.DATA, i, bytes(100))  # the thread empties the queue every 0.2 s only
-    assert time.monotonic() - begin < 0.15  # nobody waited for it
-    time.sleep(0.5)
+        writer.put(Kind.DATA, i, bytes(100))  # nobody waits for the disk, or this would never end
+    Disk.free.set()
+    wait_until(lambda: writer._queued == 0)
     writer.put(Kind.DATA, 500, b"after")
     writer.close()
     _, records = read(tmp_path / "a.raw")
@@ -106,9 +125,7 @@ def test_a_full_disk_ends_the_log_and_not_the_driver(monkeypatch):
         pytest.skip("no /dev/full here")
     monkeypatch.setattr(raw_log_writer, "_create", lambda path: (path, io.FileIO("/dev/full", "wb")))
     writer = RawLogWriter("/dev/full", HEADER)
-    deadline = time.monotonic() + 5.0
-    while writer.problem is None and time.monotonic() < deadline:
-        time.sleep(0.05)
+    wait_until(lambda: writer.problem is not None)
     writer.put(Kind.DATA, 1, b"x")
     writer.close()
     assert "No space left" in writer.problem
@@ -123,11 +140,12 @@ def test_a_killed_writer_leaves_what_it_wrote(tmp_path):
         "from gsense_driver.raw_log_writer import RawLogWriter\n"
         f"writer = RawLogWriter({str(path)!r}, RawLogHeader('p', 1, 'binary', '', 0, {{}}))\n"
         "for i in range(100): writer.put(Kind.DATA, i, bytes(34))\n"
-        "time.sleep(0.6); print('written', flush=True); time.sleep(60)\n"
+        "print('put', flush=True); time.sleep(100)\n"
     )
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, env=environment)
-    assert process.stdout.readline() == b"written\n"
+    assert process.stdout.readline() == b"put\n"
+    wait_until(lambda: path.stat().st_size > 0 and len(read(path)[1]) == 100)
     process.send_signal(signal.SIGKILL)
     process.wait()
     process.stdout.close()

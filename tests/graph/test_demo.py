@@ -18,7 +18,7 @@ import yaml
 
 from .processes import executable
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(120)]
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 
 
 @contextmanager

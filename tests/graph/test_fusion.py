@@ -7,7 +7,7 @@ import pytest
 
 from .conftest import K
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 
 
 def test_compensated_topic_needs_a_file(told):

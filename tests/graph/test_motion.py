@@ -7,7 +7,7 @@ import pytest
 
 from .conftest import AMPLITUDE, ANGULAR_FREQUENCY
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 
 
 def test_result_and_feedback(told):

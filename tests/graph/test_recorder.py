@@ -10,7 +10,7 @@ import yaml
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 
 
 def _stamps(bag, topic):

@@ -27,7 +27,7 @@ rclpy = pytest.importorskip("rclpy", reason="no ROS here: run by ./rig test")
 from rclpy.qos import QoSProfile  # noqa: E402
 from sensor_msgs.msg import Imu, JointState  # noqa: E402
 
-pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain"), pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain"), pytest.mark.timeout(600)]
 
 ROOT = Path(__file__).resolve().parents[2]
 FILTERS = ("complementary", "kalman", "madgwick", "mahony", "vqf", "bounded", "rig_aided")

@@ -7,7 +7,7 @@ import pytest
 
 from .conftest import WINDOW
 
-pytestmark = [pytest.mark.graph, pytest.mark.timeout(180)]
+pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 
 SENSORS = {"mpu6050": 200.0, "bno055": 100.0, "lisy300": 200.0}
 RATES = {

@@ -1,9 +1,10 @@
-"""Test helper, a process: publishes COUNT numbered Imu messages at RATE, then waits to be ended."""
+"""Test helper, a process: publishes COUNT numbered Imu messages at RATE, says when all have come, waits to be ended."""
 
 import sys
 import time
 
 import rclpy
+from rclpy.duration import Duration
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu, Temperature
 
@@ -12,9 +13,9 @@ def main() -> None:
     count, rate = int(sys.argv[1]), float(sys.argv[2])
     rclpy.init()
     node = rclpy.create_node("imu_publisher")
-    imu = node.create_publisher(Imu, "mpu6050/imu/data_raw", QoSProfile(depth=200))
-    warm = node.create_publisher(Temperature, "mpu6050/temperature", QoSProfile(depth=20))
-    deadline = time.monotonic() + 20.0
+    imu = node.create_publisher(Imu, "mpu6050/imu/data_raw", QoSProfile(depth=10000))
+    warm = node.create_publisher(Temperature, "mpu6050/temperature", QoSProfile(depth=1000))
+    deadline = time.monotonic() + 60.0
     while (imu.get_subscription_count() == 0 or warm.get_subscription_count() == 0) and time.monotonic() < deadline:
         time.sleep(0.05)
     time.sleep(0.3)  # the subscriber's side of the match
@@ -31,8 +32,10 @@ def main() -> None:
         if k % 20 == 0:
             temperature.temperature = float(k)
             warm.publish(temperature)
+    for publisher in (imu, warm):
+        publisher.wait_for_all_acked(Duration(seconds=20))
     print("published", count, flush=True)
-    time.sleep(30.0)
+    time.sleep(100.0)
 
 
 if __name__ == "__main__":

@@ -99,11 +99,11 @@ def test_killed_guard_is_noticed_by_the_loop_and_a_reset_brings_another(start):
     os.kill(run.guard, signal.SIGKILL)
     wait_for(lambda: run.telemetry[-1].mode == Mode.FAULT and run.telemetry[-1].disabled)
     assert run.telemetry[-1].fault == Fault.GUARD
-    assert "gone" in run.result.result(5).message
+    assert "gone" in run.result.result(60).message
     assert abs(run.rail().values[SPEED]) == 0.0
     reply, _ = run.loop.request(Reset(run.loop.next_id()))
-    assert reply.result(5).accepted
-    wait_for(lambda: run.loop.request(DriveSine(run.loop.next_id(), 0.1, 2.0, 1))[0].result(5).accepted)
+    assert reply.result(60).accepted
+    wait_for(lambda: run.loop.request(DriveSine(run.loop.next_id(), 0.1, 2.0, 1))[0].result(60).accepted)
     run.guard = children(run.loop.pid)[0]
     assert alive(run.guard)
 

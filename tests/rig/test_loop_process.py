@@ -32,7 +32,7 @@ def _import_path(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *sys.path]))
 
 
-def wait_for(condition, timeout=30.0):
+def wait_for(condition, timeout=60.0):
     end = time.monotonic() + timeout
     while not condition():
         assert time.monotonic() < end, "timed out"
@@ -108,7 +108,8 @@ def test_lateness_is_summed_up_per_report():
 def test_host_time_is_constant_but_for_steps():
     offset = measured_offset_ns()
     host = HostTime(offset)
-    assert abs(host.stamp_ns(time.monotonic()) - time.time_ns()) < 50_000_000
+    before, between, after = time.time_ns(), time.monotonic(), time.time_ns()
+    assert before - 5_000_000 < host.stamp_ns(between) < after + 5_000_000
     assert not host.check(offset + 300_000)
     assert host.stamp_ns(1.0) == 1_000_000_000 + offset
     assert host.check(offset + 5_000_000)
@@ -122,16 +123,17 @@ def test_commands_telemetry_and_history_without_a_hole(tmp_path):
     loop = LoopProcess(spec, telemetry.append)
     loop.wait_ready()
     reply, _ = loop.request(DriveSine(loop.next_id(), 0.1, 2.0, 1))
-    assert "not homed" in reply.result(10).message
+    assert "not homed" in reply.result(60).message
     reply, result = loop.request(Home(loop.next_id()))
-    assert reply.result(10).accepted
+    assert reply.result(60).accepted
     os.kill(loop.pid, signal.SIGSTOP)  # the machine is busy elsewhere
     time.sleep(0.8)
+    count = len(telemetry)
     os.kill(loop.pid, signal.SIGCONT)
-    wait_for(lambda: telemetry[-1].mode == Mode.HOMING and abs(telemetry[-1].velocity) > 0.1)
+    wait_for(lambda: any(t.mode == Mode.HOMING and abs(t.velocity) > 0.1 for t in telemetry[count:]))
     _, stopped = loop.request(Stop(loop.next_id()))
-    assert stopped.result(10).success
-    assert not result.result(10).success
+    assert stopped.result(60).success
+    assert not result.result(60).success
     assert loop.close() == 0
     times = [t.time for t in telemetry]
     steps = [b - a for a, b in pairwise(times)]
@@ -167,13 +169,13 @@ def test_sigterm_stops_the_motor_and_ctrl_c_is_the_parents_business(tmp_path):
     )
     loop.wait_ready()
     _, result = loop.request(Home(loop.next_id()))
-    wait_for(lambda: abs(telemetry[-1].velocity) > 0.2)
+    wait_for(lambda: any(abs(t.velocity) > 0.2 for t in telemetry))
     os.kill(loop.pid, signal.SIGINT)
     time.sleep(0.05)
     assert alive(loop.pid)
     os.kill(loop.pid, signal.SIGTERM)
     wait_for(lambda: ended)
-    assert not result.result(5).success
+    assert not result.result(60).success
     assert loop.close() == 0
     assert abs(json.loads(report.read_text())["last_speed"]) < 1e-3
 
@@ -185,7 +187,7 @@ def test_killed_loop_is_noticed_by_its_parent():
     _, result = loop.request(Home(loop.next_id()))
     os.kill(loop.pid, signal.SIGKILL)
     with pytest.raises(LoopGone):
-        result.result(10)
+        result.result(60)
     wait_for(lambda: ended)
     assert loop.close() == -signal.SIGKILL
 

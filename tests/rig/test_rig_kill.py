@@ -15,7 +15,7 @@ from tests.rig.test_rig_node import Client, start_node
 from gsense_rig.hardware.sim_memory import SIZE, RailMemory
 from gsense_rig.plant.state import POSITION, SPEED
 
-pytestmark = [pytest.mark.graph, pytest.mark.slow, pytest.mark.usefixtures("domain")]
+pytestmark = [pytest.mark.graph, pytest.mark.slow, pytest.mark.usefixtures("domain"), pytest.mark.timeout(600)]
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def test_killed_at_8_rad_s_the_motor_stops(tmp_path, client, victim):
         assert after.values[SPEED] == 0.0
         assert abs(after.values[POSITION]) < 0.22
         if victim == "loop":
-            assert node.wait(20) == 1
+            assert node.wait(60) == 1
             assert "the loop process ended" in node.stderr.read()
     finally:
         node.kill()

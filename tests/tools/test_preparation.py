@@ -266,5 +266,5 @@ def test_only_one_set_up_at_a_time(tmp_path: Path) -> None:
         assert other.stderr is not None
         assert b"waiting" in other.stderr.readline()
         assert other.poll() is None
-    out, _ = other.communicate(timeout=20)
+    out, _ = other.communicate(timeout=60)
     assert out == b"held\n"

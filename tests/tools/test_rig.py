@@ -110,7 +110,7 @@ def test_signal_reaches_the_command() -> None:
     with process.stdout:
         assert int(process.stdout.readline()) == process.pid
         process.terminate()
-        assert process.wait(timeout=20) == -15
+        assert process.wait(timeout=60) == -15
 
 
 def test_scripts_start_with_the_environments_python() -> None:
