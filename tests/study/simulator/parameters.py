@@ -89,6 +89,23 @@ class ChainParameters:
 
 
 @dataclass(frozen=True)
+class MagneticParameters:
+    """A magnetometer on the board, and what bends its field."""
+
+    steel: float = 0.0
+    """Standard deviation of the moments of four magnetised pieces beside the rail, A m^2."""
+    turns: float = 0.0
+    """How many times the motor's pair of leads runs along the rail."""
+    rate_hz: float = 20.0
+    average_s: float = 0.05
+    noise: float = 4e-7
+    """T."""
+    lsb: float = 1e-6 / 16
+    current_topic: bool = False
+    """Whether rig/state tells the motor's current."""
+
+
+@dataclass(frozen=True)
 class SessionParameters:
     """A session; everything random follows `seed`."""
 
@@ -107,6 +124,7 @@ class SessionParameters:
     start_s: float = 0.0
     """Moves the whole session in time."""
     noise: NoiseParameters = field(default_factory=NoiseParameters)
+    magnetics: MagneticParameters | None = None
     thermal: ThermalParameters = field(default_factory=ThermalParameters)
     chain: ChainParameters = field(default_factory=ChainParameters)
 

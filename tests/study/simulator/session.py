@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from scipy.signal import bilinear, lfilter, lfilter_zi
 from scipy.spatial.transform import Rotation
 
-from gsense_fusion.bags.run import ImuSeries, LinkCounts, PoseSeries, Run, ScalarSeries
+from gsense_fusion.bags.run import ImuSeries, LinkCounts, MagSeries, PoseSeries, Run, ScalarSeries
 
 from . import disturbances as mechanisms
 from .carriage import RATE_HZ, Travel, drive
+from .magnetics import NEWTON_PER_AMPERE, magnetometer
 from .markov import realise
 from .parameters import ChainParameters, PlannedRun, SessionParameters, sweep_plan
 from .rail import GRAVITY, Felt, Rail, make_rail, ride
@@ -177,6 +178,7 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
     sensed = np.round(sensed / c.accel_lsb) * c.accel_lsb
     kept = _arrived(len(clock), c.loss, rng)
     stamps = _stamp(p, clock + c.stamp_jitter_s * rng.standard_normal(len(clock)))
+    mag, current = _magnetic(world, travel, mounting, start, number)
     imu = ImuSeries(stamps[kept], stamps[kept] + 2_000_000, measured[kept], sensed[kept], (True, True, True))
     bag = Run(
         path=Path(f"simulated/run_{number:02d}"),
@@ -185,6 +187,8 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
         topic=f"{SENSOR}/imu/data_raw",
         imu=imu,
         pose=_encoder(p, travel, start, rng),
+        mag=mag,
+        motor_current=current,
         battery=_battery(world, start, run.duration_s, rng),
         temperature=_thermometer(world, start, run.duration_s, rng) if p.temperature_topic else None,
         link=LinkCounts(int(kept.sum()), int((~kept).sum()), 0, 0, 0, 0),
@@ -215,6 +219,21 @@ def _encoder(p: SessionParameters, travel: Travel, start: float, rng: np.random.
     position = np.interp(time, travel.time, travel.position)
     counted = np.round(position / c.encoder_quantum) * c.encoder_quantum
     return PoseSeries(_stamp(p, start + time + c.encoder_jitter_s * rng.standard_normal(len(time))), counted)
+
+
+def _magnetic(
+    world: _World, travel: Travel, mounting: Rotation, start: float, number: int
+) -> tuple[MagSeries | None, ScalarSeries | None]:
+    """Messages of the magnetometer, and the motor's current 50 times a second, where there are such."""
+    p = world.p
+    if p.magnetics is None:
+        return None, None
+    time, field = magnetometer(p.magnetics, travel, mounting, p.seed, number)
+    mag = MagSeries(_stamp(p, start + time), field)
+    if not p.magnetics.current_topic:
+        return mag, None
+    every = slice(None, None, round(RATE_HZ / 50))
+    return mag, ScalarSeries(_stamp(p, start + travel.time[every]), travel.force[every] / NEWTON_PER_AMPERE)
 
 
 def _volts(world: _World, time: Array) -> Array:

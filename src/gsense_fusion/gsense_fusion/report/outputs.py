@@ -73,6 +73,8 @@ def compensation(result: LoopResult) -> CompensationFile:
         if name in result.declared_parameters and any(p.significant for p in result.declared_parameters[name].values()):
             parameters.setdefault(name, (Owner.SENSOR, result.declared_parameters[name]))
     for name, (owner, values) in parameters.items():
+        if name == "mag_position":
+            continue  # bends the heading, turns nothing
         if owner is Owner.RIG:
             reference.append(ReferenceTerm(name, _grouped(values)))
         elif name == "time_offset":

@@ -89,7 +89,7 @@ def look_at(recording: Recording, known: Sequence[RecordedEffect], named: frozen
         seen = effect.look(recording)
         notes += [n for n in seen.notes if n not in notes]
         undecided += [n for n in seen.undecided if n not in undecided]
-        unnamed += seen.unnamed
+        unnamed += [u for u in seen.unnamed if u not in unnamed]
         for name, reading in seen.readings.items():
             if name in named:
                 readings[name] = reading

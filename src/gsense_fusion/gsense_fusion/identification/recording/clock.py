@@ -167,7 +167,10 @@ def corrected(run: CleanRun, skew: Skew) -> CleanRun:
     """The run with its samples' times as the encoder's clock would have told them."""
     origin = 0.0 if skew.free else float(run.time.mean())
     time = origin + (run.time - origin) / (1.0 + skew.value)
-    return replace(run, time=time, rate_hz=run.rate_hz * (1.0 + skew.value))
+    magnetic = run.magnetic
+    if magnetic is not None:
+        magnetic = replace(magnetic, time=origin + (magnetic.time - origin) / (1.0 + skew.value))
+    return replace(run, time=time, rate_hz=run.rate_hz * (1.0 + skew.value), magnetic=magnetic)
 
 
 def delay_over_time(campaign: Campaign) -> tuple[FloatArray, FloatArray]:
