@@ -32,8 +32,9 @@ class ClockSkew(RecordedEffect):
             return Seen()
         ppm, error = 1e6 * skew.value, 1e6 * skew.stderr
         text = f"the IMU's clock runs {ppm:+.0f} ppm against the encoder's"
-        if abs(skew.value) < SOUND_CLOCKS:
-            return Seen(notes=(f"{text} (+- {1.96 * error:.0f}): what sound crystals differ by; taken out",))
+        if abs(skew.value) - 2.0 * skew.stderr < SOUND_CLOCKS:
+            usual = "two clocks may differ by so much; taken out"
+            return Seen(notes=(f"{text} (+- {1.96 * error:.0f} ppm): {usual}",))
         parameters = {"skew": Parameter(skew.value, skew.stderr, "1")}
         time, late = delay_over_time(recording.campaign)
         # the campaign's times are corrected already: what was taken out is put back
