@@ -3,12 +3,14 @@
 ./rig bench fusion_live [--seconds 20] [--rate 500]
 
 One process publishes, one is the node, this one listens to all ten topics; over DDS on this machine. The time counts
-from just before the sample is published until its orientation has been received here.
+from just before the sample is published until its orientation has been received here. Beside it the time of the sample
+itself on its way here, without the node: what this machine and its load take anyway.
 """
 
 from __future__ import annotations
 
 import argparse
+import gc
 import os
 import signal
 import subprocess
@@ -26,7 +28,8 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 from gsense_fusion.bags.imu_message import build_imu, parse_imu  # noqa: E402
 from gsense_fusion.compensation import CompensationFile, GSensitivity, write_compensation  # noqa: E402
 
-FILTERS = ("complementary", "kalman", "madgwick", "mahony", "bounded")
+FILTERS = ("complementary", "kalman", "madgwick", "mahony", "vqf")
+TOPIC = "mpu6050/imu/data_raw"
 CHANNELS = [name + end for name in FILTERS for end in ("", "_gcomp")]
 
 
@@ -38,8 +41,9 @@ def publish(seconds: float, rate_hz: float) -> None:
 
     rclpy.init()
     node = rclpy.create_node("sensor")
-    publisher = node.create_publisher(Imu, "mpu6050/imu/data_raw", QoSProfile(depth=5000))
-    while publisher.get_subscription_count() == 0:
+    publisher = node.create_publisher(Imu, TOPIC, QoSProfile(depth=5000))
+    gc.freeze()
+    while publisher.get_subscription_count() < 2:
         time.sleep(0.05)
     time.sleep(2.0)  # and the outputs have found their listener
     zero = (0.0,) * 9
@@ -67,8 +71,18 @@ def processes(folder: Path, seconds: float, rate_hz: float) -> tuple[Any, Any]:
     return node, subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
 
 
-def listen(publisher: Any) -> dict[str, list[float]]:
-    """Delays of every channel, s, until the publisher has ended."""
+def cpu_seconds(process: Any) -> float:
+    """Processor time of a running process, s (Linux)."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def listen(fusion: Any, publisher: Any) -> tuple[dict[str, list[float]], float]:
+    """Delays of every channel and of the samples themselves (TOPIC), s, until the publisher has ended.
+
+    Returns:
+        The delays, and the processor time (s) that the fusion node took for it, from the first sample on.
+    """
     import rclpy
     from rclpy.experimental import EventsExecutor
     from rclpy.qos import QoSProfile
@@ -76,19 +90,32 @@ def listen(publisher: Any) -> dict[str, list[float]]:
 
     rclpy.init()
     node = rclpy.create_node("listener")
-    heard: dict[str, list[float]] = {name: [] for name in CHANNELS}
+    heard: dict[str, list[float]] = {name: [] for name in (*CHANNELS, TOPIC)}
 
     def ear(times: list[float]) -> Any:
         return lambda data: times.append((time.time_ns() - parse_imu(data).stamp_ns) * 1e-9)
 
-    for name in CHANNELS:
-        node.create_subscription(Imu, f"mpu6050/{name}/imu/data", ear(heard[name]), QoSProfile(depth=5000), raw=True)
+    for name, times in heard.items():
+        topic = name if name == TOPIC else f"mpu6050/{name}/imu/data"
+        node.create_subscription(Imu, topic, ear(times), QoSProfile(depth=5000), raw=True)
+    gc.freeze()
     executor = EventsExecutor()
     executor.add_node(node)
+    start = None
     while publisher.poll() is None:
         executor.spin_once(timeout_sec=0.1)
+        if start is None and heard[TOPIC]:
+            start = cpu_seconds(fusion)
+    used = cpu_seconds(fusion) - (start or 0.0)
     rclpy.shutdown()
-    return heard
+    return heard, used
+
+
+def tell(what: str, seconds: list[float]) -> None:
+    if not seconds:
+        return
+    p = np.percentile(np.array(seconds) * 1e3, [50, 99, 99.9, 100])
+    print(f"{what}, ms: median {p[0]:.2f}, p99 {p[1]:.2f}, p99.9 {p[2]:.2f}, longest {p[3]:.2f}")
 
 
 def main() -> int:
@@ -104,21 +131,20 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         node, publisher = processes(Path(folder), options.seconds, options.rate)
         try:
-            heard = listen(publisher)
+            heard, cpu = listen(node, publisher)
         finally:
             node.send_signal(signal.SIGINT)
             node.wait(timeout=20)
     sent = int(publisher.stdout.read())
-    usage = [len(values) for values in heard.values()]
-    # the first second is held back for the start, on purpose
-    late = np.array([v for values in heard.values() for v in values[round(1.5 * options.rate) :]]) * 1e3
+    direct = heard.pop(TOPIC)
+    got = [len(values) for values in heard.values()]
     print(f"{options.rate:g} Hz, {len(FILTERS)} filters, both outputs: {sent} samples sent,", end=" ")
-    print(f"{sent * len(CHANNELS) - sum(usage)} of {sent * len(CHANNELS)} orientations lost")
-    if len(late):
-        p = np.percentile(late, [50, 99, 99.9])
-        print(
-            f"sample to orientation, ms: median {p[0]:.2f}, p99 {p[1]:.2f}, p99.9 {p[2]:.2f}, longest {late.max():.2f}"
-        )
+    print(f"{sent * len(CHANNELS) - sum(got)} of {sent * len(CHANNELS)} orientations lost")
+    print(f"the node: {cpu / sent * 1e6:.0f} us of processor time a sample, {cpu / options.seconds:.0%} of a core")
+    # the first second is held back for the start, on purpose
+    skip = round(1.5 * options.rate)
+    tell("sample to orientation", [v for values in heard.values() for v in values[skip:]])
+    tell("the sample itself, without the node", direct[skip:])
     return 0
 
 

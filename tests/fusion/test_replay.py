@@ -24,7 +24,7 @@ from gsense_fusion.attitude.accuracy import (
 from gsense_fusion.attitude.errors import heading_error, inclination_error, total_error
 from gsense_fusion.attitude.rest import is_rest
 from gsense_fusion.bags import load_run
-from gsense_fusion.bags.imu_message import build_imu, parse_imu
+from gsense_fusion.bags.imu_message import build_imu, packed, parse_imu, with_attitude
 from gsense_fusion.compensation import CompensationFile, GSensitivity, write_compensation
 
 from .bag_data import START_NS, STORE, BagWriter, header, imu, message, quaternion, recordings, vector
@@ -175,6 +175,10 @@ def test_imu_messages_both_ways() -> None:
         (4, 5, 6),
     )
     assert build_imu(parsed.stamp_ns, parsed.frame, *parsed.values) == data
+    covariance = range(20, 29)
+    turned = with_attitude(parsed, [0.5, 0.1, 0.2, 0.3], packed(covariance), [7.0, 8.0, 9.0])
+    values = (0.1, 0.2, 0.3, 0.5, *covariance, 7.0, 8.0, 9.0, *parsed.values[16:])
+    assert turned == build_imu(parsed.stamp_ns, parsed.frame, *values)
     with pytest.raises(ValueError, match="Imu"):
         parse_imu(data[:100])
 

@@ -21,7 +21,7 @@ from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temper
 from .attitude import UnknownFilterError
 from .attitude.fusion import Fusion
 from .attitude.registry import channels
-from .bags.imu_message import parse_imu
+from .bags.imu_message import packed, parse_imu
 from .compensation import CompensationError, CompensationFile, load_compensation
 from .fusion_diagnostics import diagnostic
 from .fusion_output import Uncertainty, output_message
@@ -49,7 +49,7 @@ class FusionNode(Node):
         uncertainty = Uncertainty(
             float(self.get_parameter("inclination_stddev").value), float(self.get_parameter("heading_stddev").value)
         )
-        self._covariance = {known: uncertainty.covariance(heading_known=known) for known in (False, True)}
+        self._covariance = {known: packed(uncertainty.covariance(heading_known=known)) for known in (False, True)}
         self._told = ""
         self._malformed = 0
         # as bytes: spares the conversion of messages into Python objects and back

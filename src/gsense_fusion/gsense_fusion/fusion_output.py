@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from .attitude.fusion import Estimate
-from .bags.imu_message import ImuMessage, build_imu
+from .bags.imu_message import with_attitude
 
 
 @dataclass(frozen=True)
@@ -26,14 +25,11 @@ class Uncertainty:
         return (tilt, 0.0, 0.0, 0.0, tilt, 0.0, 0.0, 0.0, turn)
 
 
-def output_message(estimate: Estimate, covariance: Sequence[float]) -> bytes:
+def output_message(estimate: Estimate, covariance: bytes) -> bytes:
     """The Imu message of an estimate as CDR bytes: stamp, frame and specific force as measured.
 
     Args:
         estimate: its source is the `ImuMessage` of the sample.
-        covariance: of the orientation, 9 numbers.
+        covariance: of the orientation, `packed`.
     """
-    source: ImuMessage = estimate.source
-    w, x, y, z = estimate.quaternion.tolist()
-    rate = estimate.angular_rate.tolist()
-    return build_imu(estimate.stamp_ns, source.frame, x, y, z, w, *covariance, *rate, *source.values[16:])
+    return with_attitude(estimate.source, estimate.quaternion.tolist(), covariance, estimate.angular_rate.tolist())

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -33,7 +34,8 @@ class FusionSettings:
     """Intervals are cut to this; see `StepTimer`."""
 
 
-@dataclass(frozen=True)
+# what follows is made for each sample: not frozen, which takes four times as long
+@dataclass(slots=True)
 class Estimate:
     """Attitude of one channel after one sample."""
 
@@ -63,7 +65,7 @@ class FusionStatus:
     """How the estimator started, in words."""
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class _Measured:
     """A sample with what else was known when it came."""
 
@@ -76,7 +78,7 @@ class _Measured:
     source: Any
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class _Held:
     """A sample of the starting window, and what the streams made of it (raw, compensated)."""
 
@@ -156,7 +158,7 @@ class Fusion:
             An estimate for each channel; none while starting (they follow when it has started), none for a sample that
             is dropped for its stamp.
         """
-        if not np.isfinite(angular_rate).all():
+        if not isfinite(angular_rate.dot(angular_rate)):  # ten times as quick as numpy's isfinite and all
             return []
         kind, dt = self.timer.step(stamp_ns)
         self.status.usual_s = self.timer.usual_s
@@ -286,8 +288,7 @@ class Fusion:
                         channel.filter.quaternion = headed(channel.filter.quaternion, sample.field)
         estimates = []
         for stream, sample in zip(self.streams, held.samples, strict=True):
-            for channel in stream.channels:
-                quaternion = stream.update(channel, measured.dt, sample)
+            for channel, quaternion in zip(stream.channels, stream.update(measured.dt, sample), strict=True):
                 estimates.append(Estimate(channel.name, measured.stamp_ns, quaternion, sample.rate, measured.source))
         return estimates
 

@@ -163,8 +163,8 @@ class _Run:
         self.parts.rows.append(rows)
         for stream in self.fusion.streams:
             sample = stream.block(r.stamp_ns[rows], r.angular_rate[rows], r.specific_force[rows], fields, inputs)
-            for channel in stream.channels:
-                self.parts.add(channel.name, stream.batch(channel, dt, sample), sample.rate)
+            for channel, quaternion in zip(stream.channels, stream.batch(dt, sample), strict=True):
+                self.parts.add(channel.name, quaternion, sample.rate)
 
 
 class _Readings:

@@ -32,12 +32,12 @@ class Channel:
     own_bias: float = 0.0
     """rad/s: a bias up to this is left to the filter."""
 
-    def bias(self, known: FloatArray) -> FloatArray:
-        """What is taken off the rate, where `known` is the bias at rest, rad/s, shape (3,)."""
-        return np.zeros(3) if float(np.max(np.abs(known))) <= self.own_bias else known
+    def finds(self, bias: FloatArray) -> bool:
+        """Whether the bias at rest, rad/s, shape (3,), is left in the rate for the filter to find."""
+        return float(np.max(np.abs(bias))) <= self.own_bias
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class Sample:
     """A sample on its way; for a block of n samples every array has n rows."""
 
@@ -57,9 +57,18 @@ class Stream:
         self.channels = tuple(channels)
         self.file = file
         self.bias = np.zeros(3)
-        """rad/s, shape (3,)."""
         self._aid = CarriageAid() if any(channel.uses_carriage for channel in self.channels) else None
         self._compensator = Compensator(file) if file is not None else None
+
+    @property
+    def bias(self) -> FloatArray:
+        """Bias at rest, rad/s, shape (3,)."""
+        return self._bias
+
+    @bias.setter
+    def bias(self, value: FloatArray) -> None:
+        self._bias = value
+        self._finds = [channel.finds(value) for channel in self.channels]
 
     def restart(self) -> None:
         """Forget the past, before the first sample of a new beginning."""
@@ -105,12 +114,28 @@ class Stream:
         clean = self._aid.clean_block(stamp_ns, force) if self._aid is not None else force
         return Sample(rate, force, clean, None if field is None else self.field(field))
 
-    def update(self, channel: Channel, dt: float, sample: Sample) -> FloatArray:
-        """The channel's attitude after the sample, shape (4,)."""
-        force = sample.clean_force if channel.uses_carriage else sample.force
-        return channel.filter.update(dt, sample.rate - channel.bias(self.bias), force, sample.field)
+    def update(self, dt: float, sample: Sample) -> list[FloatArray]:
+        """Every channel's attitude after the sample, shape (4,) each."""
+        free = sample.rate - self._bias
+        return [
+            channel.filter.update(
+                dt,
+                sample.rate if finds else free,
+                sample.clean_force if channel.uses_carriage else sample.force,
+                sample.field,
+            )
+            for channel, finds in zip(self.channels, self._finds, strict=True)
+        ]
 
-    def batch(self, channel: Channel, dt: FloatArray, sample: Sample) -> FloatArray:
-        """The same for a block, shape (n, 4)."""
-        force = sample.clean_force if channel.uses_carriage else sample.force
-        return channel.filter.batch(dt, sample.rate - channel.bias(self.bias), force, sample.field)
+    def batch(self, dt: FloatArray, sample: Sample) -> list[FloatArray]:
+        """The same for a block, shape (n, 4) each."""
+        free = sample.rate - self._bias
+        return [
+            channel.filter.batch(
+                dt,
+                sample.rate if finds else free,
+                sample.clean_force if channel.uses_carriage else sample.force,
+                sample.field,
+            )
+            for channel, finds in zip(self.channels, self._finds, strict=True)
+        ]

@@ -6,6 +6,7 @@ For bags, and for the live node, which so spares the conversion into Python obje
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,19 +17,24 @@ IntArray = NDArray[np.int64]
 
 _HEAD = struct.Struct("<4siII")
 _BODY = struct.Struct("<37d")
+_THREE, _FOUR, _NINE = struct.Struct("<3d"), struct.Struct("<4d"), struct.Struct("<9d")
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"
 UNREPORTED = (-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
+@dataclass(slots=True)
 class ImuMessage:
-    """The fields of one message."""
+    """The fields of one message. Not frozen: made for each sample, and frozen ones take four times as long."""
 
     stamp_ns: int
     frame: bytes
     """`header.frame_id`, with its closing NUL."""
     values: tuple[float, ...]
     """Orientation x, y, z, w and covariance (9), angular velocity and covariance, acceleration and covariance."""
+    data: bytes
+    """The message itself."""
+    start: int
+    """Where in it the values are."""
 
     @property
     def rate(self) -> tuple[float, ...]:
@@ -65,7 +71,28 @@ def parse_imu(data: bytes) -> ImuMessage:
         raise ValueError("not a sensor_msgs/Imu") from error
     if encapsulation[1] != 1:
         raise ValueError("not in little-endian CDR")
-    return ImuMessage(sec * 1_000_000_000 + nanosec, data[16:start], values)
+    at = start + -(start - 4) % 8
+    return ImuMessage(sec * 1_000_000_000 + nanosec, data[16:start], values, data, at)
+
+
+def with_attitude(message: ImuMessage, quaternion: list[float], covariance: bytes, rate: list[float]) -> bytes:
+    """The message with another orientation and angular velocity; all else stays, so only a seventh is written anew.
+
+    Args:
+        message: as it was received.
+        quaternion: w, x, y, z.
+        covariance: of the orientation, from `packed`.
+        rate: angular velocity, rad/s.
+    """
+    w, x, y, z = quaternion
+    data, at = message.data, message.start
+    parts = (data[:at], _FOUR.pack(x, y, z, w), covariance, _THREE.pack(*rate), data[at + 128 : at + _BODY.size])
+    return b"".join(parts)
+
+
+def packed(numbers: Iterable[float]) -> bytes:
+    """Nine numbers of a covariance, as they stand in a message."""
+    return _NINE.pack(*numbers)
 
 
 def _prefix(frame: bytes) -> bytes:

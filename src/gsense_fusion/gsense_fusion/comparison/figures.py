@@ -50,9 +50,7 @@ def figures(c: Comparison) -> tuple[Figure, ...]:
         text = "Amplitude density of the gyro at rest, 4 to 20 Hz, with 95 % intervals."
         add("noise", "Noise at rest", text, lambda: _noise(c))
     if len(c.old.delays_s) > 1 and len(c.new.delays_s) > 1:
-        text = (
-            "Delay of the IMU against the encoder with its 95 % interval; small dots: what each run was given."
-        )
+        text = "Delay of the IMU against the encoder with its 95 % interval; small dots: what each run was given."
         add("delay", "Delay of the IMU", text, lambda: _delay(c))
     return tuple(out)
 
