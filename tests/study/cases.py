@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .simulator import Disturbance, SessionParameters, simulate, sweep_plan, turned_plan, whitened_energy
-from .simulator.disturbances import NAMED, OUTSIDE
+from .simulator.disturbances import BESIDE, NAMED, OUTSIDE
 from .simulator.energy import scaled
 from .simulator.parameters import ChainParameters, NoiseParameters, ThermalParameters
 
@@ -42,6 +42,11 @@ class Case:
     def names(self) -> frozenset[str]:
         """What the catalogue calls the disturbances; empty for what it cannot name."""
         return frozenset(NAMED[k] for k in self.kinds if k in NAMED)
+
+    @property
+    def beside(self) -> frozenset[str]:
+        """What may be named beside them."""
+        return frozenset(n for k in self.kinds for n in BESIDE.get(k, ()))
 
     @property
     def label(self) -> str:

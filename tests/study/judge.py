@@ -67,9 +67,9 @@ def judge(case: Case) -> Outcome:
 def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> None:
     """Fill in the outcome."""
     truth = case.names if case.group in ("single", "pair") else frozenset()
-    named = [(f.effect, f.alternatives) for f in result.findings]
+    named = [(f.effect, f.alternatives) for f in result.findings if f.effect not in case.beside]
     out.verdict = result.verdict
-    out.found = sorted(n for n, _ in named)
+    out.found = sorted(f.effect for f in result.findings)
     out.rivals = [list(f.alternatives) for f in result.findings]
     confident = result.verdict == "effects_found"
     if case.group == "outside":
@@ -79,8 +79,8 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
         out.exact = out.within_rivals = result.verdict == "nothing_missing"
         out.wrong = confident
     else:
-        out.exact = confident and frozenset(out.found) == truth
-        out.within_rivals = confident and _reachable(named, truth)
+        out.exact = confident and frozenset(n for n, _ in named) == truth
+        out.within_rivals = confident and _reachable(named, truth, case.beside)
         out.wrong = confident and not out.within_rivals
     noise = held_out_rms(session, true_noise(session))
     out.floor_ratio = result.rate_rms.full / noise
@@ -93,12 +93,14 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
         out.why = result.unexplained.description
 
 
-def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str]) -> bool:
-    """Whether the true set comes out when each name may be one of its listed rivals."""
+def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str], beside: frozenset[str]) -> bool:
+    """Whether the true set comes out when each name may be one of its listed rivals; `beside` may be named too."""
     if not named:
         return not truth
     (name, rivals), rest = named[0], named[1:]
-    return any(_reachable(rest, truth - {n}) for n in (name, *rivals) if n in truth)
+    if beside & {name, *rivals} and _reachable(rest, truth, beside):
+        return True
+    return any(_reachable(rest, truth - {n}, beside) for n in (name, *rivals) if n in truth)
 
 
 def deviations(session: Session, result: LoopResult) -> dict[str, float]:

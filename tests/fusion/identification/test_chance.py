@@ -6,10 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.study.simulator.parameters import DEG
+from tests.study.cases import Case, with_disturbances
+from tests.study.judge import analyse
+from tests.study.simulator import simulate
+from tests.study.simulator.parameters import DEG, NoiseParameters
 from tests.study.slow_chance import KINDS, best_alternative, session
 
 from gsense_fusion.identification.alternatives import step_places, steps
+from gsense_fusion.identification.motion_drift import motion_walk
 from gsense_fusion.identification.slow import Blocks
 
 SESSIONS = 6
@@ -44,3 +48,23 @@ def test_steps_stay_in_their_session() -> None:
     assert not columns[:6, 5:].any()
     few = blocks.part(np.arange(12) < 8)
     assert steps(few).shape == (8, 0)
+
+
+def test_a_walk_that_runs_in_motion_stands_still_at_rest() -> None:
+    blocks = session("white alone", 1, 200.0)
+    walk = motion_walk(blocks, np.cumsum(np.where(blocks.run % 2 == 1, blocks.duration, 0.0)))
+    resting = np.flatnonzero(blocks.run == 2)
+    assert np.ptp(walk[np.ix_(resting, resting)]) == 0.0
+    assert walk[resting[0], resting[0]] == pytest.approx(blocks.duration[blocks.run == 1].sum())
+
+
+def test_a_bias_that_wanders_in_motion_is_a_finding_and_one_that_wanders_always_is_none() -> None:
+    case = Case("single", ("creep",), 4000.0, 4, 25.0)
+    result = analyse(simulate(with_disturbances(case)))
+    assert [f.effect for f in result.findings] == ["bias_drift"], result.unexplained
+    assert result.verdict == "effects_found"
+    q, true = result.findings[0].parameters["q"], with_disturbances(case).disturbances[0].size
+    assert abs(q.value - true) < 3 * q.stderr
+    noise = replace(NoiseParameters(), markov_tau_s=(1e5,), markov_sigma=(true * np.sqrt(5e4),))
+    always = analyse(simulate(replace(with_disturbances(case), disturbances=(), noise=noise)))
+    assert always.verdict == "nothing_missing", always.unexplained

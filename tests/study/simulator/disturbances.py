@@ -35,6 +35,8 @@ class Scene:
     session_s: float
     volts: Array
     """The board's cell, V, shape (n,)."""
+    crept: Array
+    """A walk of unit strength that goes on only while the motor runs, sqrt(s), shape (n, 3)."""
     rng: np.random.Generator
 
 
@@ -121,6 +123,11 @@ def supply(scene: Scene, size: float) -> Array:
     return np.outer(size * (scene.volts - 3.9), scene.direction)
 
 
+def creep(scene: Scene, size: float) -> Array:
+    """Shaking lets the gyro's mount creep: its bias walks while the motor runs. Size in rad/s/sqrt(s)."""
+    return size * scene.crept
+
+
 def _first_order(series: Array, corner_hz: float) -> Array:
     k = 1.0 - np.exp(-2 * np.pi * corner_hz / RATE_HZ)
     return np.asarray(lfilter([k], [1.0, k - 1.0], series, zi=[series[0] * (1 - k)])[0])
@@ -167,6 +174,7 @@ MECHANISMS: dict[str, Callable[[Scene, float], Array]] = {
     "supply": supply,
     "air_drag": air_drag,
     "power_drawn": power_drawn,
+    "creep": creep,
 }
 """What each adds to the gyro, rad/s."""
 TURNS: dict[str, Callable[[Scene, float], Array]] = {
@@ -191,8 +199,13 @@ NAMED = {
     "bias_jump": "bias_jump",
     "motion_tone": "line_tone",
     "speed_noise": "speed_noise",
+    "creep": "bias_drift",
+    "mount_resonance": "g_resonance",
+    "motor_pickup": "friction_pickup",
 }
 """The catalogue's name of each mechanism that it has one for."""
+BESIDE = {"motor_pickup": frozenset({"speed_pickup"})}
+"""What may be named too: a motor's current overcomes drag as well as friction."""
 OUTSIDE = tuple(k for k in MECHANISMS if k not in NAMED)
 """What the catalogue cannot name."""
 UNIT_SIZE = {
@@ -215,5 +228,6 @@ UNIT_SIZE = {
     "teeth": 1e-3,
     "air_drag": 1e-4,
     "power_drawn": 1e-4,
+    "creep": 5e-6,
 }
 """A size at which each can be seen: where scaling to an energy starts."""

@@ -157,7 +157,7 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
     time = start + travel.time
     scene = mechanisms.Scene(
         time, travel, world.temperatures.element_at(time) - 25.0, mounting.apply([1.0, 0.0, 0.0]), world.direction,
-        world.length_s, _volts(world, time), np.random.default_rng([p.seed, 4, number]),
+        world.length_s, _volts(world, time), _crept(world, time), np.random.default_rng([p.seed, 4, number]),
     )  # fmt: skip
     for d in p.disturbances:
         if d.kind in mechanisms.TURNS:
@@ -247,6 +247,17 @@ def _battery(world: _World, start: float, duration: float, rng: np.random.Genera
     time = start + np.arange(0.1, duration, 1.0)
     volts = _volts(world, time) + 0.002 * rng.standard_normal(len(time))
     return ScalarSeries(_stamp(world.p, time), np.round(volts, 3))
+
+
+def _crept(world: _World, time: Array) -> Array:
+    """A random walk over the time that the motor has run, steps of 50 ms, from the session's seed alone."""
+    grid = np.arange(0.0, world.length_s + 10.0, 0.05)
+    runs = np.zeros(len(grid))
+    for run, start in zip(world.p.plan or sweep_plan(world.p.seed), world.starts, strict=True):
+        if run.angular_frequency > 0:
+            runs += (grid > start + 2.0) & (grid < start + run.duration_s - 2.0)
+    steps = np.random.default_rng([world.p.seed, 6]).standard_normal((len(grid), 3)) * np.sqrt(0.05 * runs)[:, None]
+    return _at(time, grid, np.cumsum(steps, axis=0))
 
 
 def _thermometer(world: _World, start: float, duration: float, rng: np.random.Generator) -> ScalarSeries:

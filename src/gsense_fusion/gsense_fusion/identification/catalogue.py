@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.bias_drift import BiasDrift
 from gsense_fusion.identification.effects.clipping import AccelClipping, GyroClipping
 from gsense_fusion.identification.effects.clock_skew import ClockSkew
 from gsense_fusion.identification.effects.line_tone import LineTone
@@ -23,4 +24,4 @@ RECORDED: tuple[RecordedEffect, ...] = (
     MagMotor(),
 )
 """Effects that the recording itself shows; looked for even where the catalogue that is used does not name them."""
-CATALOGUE: tuple[Effect, ...] = (*REGRESSED, SpeedNoise(), LineTone(), *RECORDED)
+CATALOGUE: tuple[Effect, ...] = (*REGRESSED, BiasDrift(), SpeedNoise(), LineTone(), *RECORDED)

@@ -7,11 +7,13 @@ strengths that this session's own drift may have, put through the same compariso
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.special import logsumexp
+from scipy.stats import chi2
 
 from gsense_fusion.identification.slow import SlowNoise
 from gsense_fusion.identification.types import FloatArray
@@ -22,14 +24,23 @@ TAIL = 0.05
 SEED = 20
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Chance:
     """What each alternative gains beside drift, and how often drift alone lets the best one gain as much."""
 
     gains: FloatArray
     """Twice the log-likelihood, all axes together, shape (k,)."""
-    drawn: FloatArray
-    """Gain of the best alternative in each drawn session, sorted, shape (DRAWS,)."""
+    draw: Callable[[], FloatArray]
+    """Makes sessions of drift alone and says what the best alternative gains in each; called where it is asked for."""
+
+    @cached_property
+    def drawn(self) -> FloatArray:
+        """Gain of the best alternative in each drawn session, sorted, shape (DRAWS,)."""
+        return np.sort(self.draw())
+
+    def hopeless(self, gain: float, degrees: int, level: float) -> bool:
+        """Whether even at known drift the best of all would gain this much more often than `level` by chance."""
+        return bool(len(self.gains) * chi2.sf(gain, degrees) > level)
 
     def p_value(self, gain: float) -> float:
         """Chance that the best alternative gains this much from drift alone; beyond the draws by their tail."""
@@ -70,10 +81,10 @@ def gains(slow: Mapping[int, SlowNoise], residual: FloatArray, columns: FloatArr
 
 def chance(slow: Mapping[int, SlowNoise], residual: FloatArray, columns: FloatArray, known: FloatArray) -> Chance:
     """The same with what drift alone would gain; arguments as `gains`."""
-    rng = np.random.default_rng(SEED)
-    drawn = {axis: _draw(s, residual[:, axis], known, rng) for axis, s in slow.items()}
-    best = _gains(slow, drawn, columns, known).max(axis=0)
-    return Chance(gains(slow, residual, columns, known), np.sort(best))
+    return Chance(
+        gains(slow, residual, columns, known),
+        lambda: np.max(_gains(slow, sessions_of_drift(slow, residual, known), columns, known), axis=0),
+    )
 
 
 def _gains(
@@ -88,7 +99,7 @@ def _gains(
         alone, beside = np.zeros(n), np.zeros((columns.shape[1], n))
         for axis, s in slow.items():
             point = s.grid[g]
-            projector = _profiled(point.projector, known)
+            projector = profiled(point.projector, known)
             image = projector @ batch[axis]
             alone -= np.sum(batch[axis] * image, axis=0) + point.logdet
             size = np.sum(columns * (projector @ columns), axis=0)
@@ -98,18 +109,25 @@ def _gains(
     return best - without
 
 
-def _profiled(projector: FloatArray, known: FloatArray) -> FloatArray:
+def profiled(projector: FloatArray, known: FloatArray) -> FloatArray:
+    """A projector (b, b) that takes columns (b, j) out too."""
     if not known.shape[1]:
         return projector
     px = projector @ known
     return np.asarray(projector - px @ np.linalg.pinv(known.T @ px) @ px.T)
 
 
+def sessions_of_drift(slow: Mapping[int, SlowNoise], residual: FloatArray, known: FloatArray) -> dict[int, FloatArray]:
+    """Sessions of drift alone with strengths that this one's blocks (b, 3) may have, (b, DRAWS) by axis."""
+    rng = np.random.default_rng(SEED)
+    return {axis: _draw(s, residual[:, axis], known, rng) for axis, s in slow.items()}
+
+
 def _draw(slow: SlowNoise, residual: FloatArray, known: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Sessions of drift alone (b, n), each with strengths drawn from what this axis' blocks say of them."""
     values = []
     for point in slow.grid:
-        image = _profiled(point.projector, known) @ residual
+        image = profiled(point.projector, known) @ residual
         values.append(-0.5 * (float(residual @ image) + point.logdet))
     weight = np.exp(np.array(values) - logsumexp(values))
     count = rng.multinomial(DRAWS, weight)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gsense_fusion.identification.alternatives import p_beside
-from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
+from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
 from gsense_fusion.identification.predict import Prediction, Predictor
@@ -110,14 +110,16 @@ def explain_noise(
     symptoms = find_symptoms(likelihood, fit, windows)
     found: dict[str, Explanation] = {}
     level = 1.0
+    settled: set[str] = set()
     for effect in statistical:
         if not any(s.kind == effect.symptom for s in symptoms):
             continue
-        explanation = effect.explain(likelihood, windows)
+        explanation = effect.explain(Seen(likelihood, fit, tuple(windows)))
         if explanation is None:
             continue
         level *= explanation.level
-        rest = find_symptoms(likelihood, fit, explanation.windows, level)
+        settled.add(explanation.settles)
+        rest = [s for s in find_symptoms(likelihood, fit, explanation.windows, level) if s.kind not in settled]
         if not any(s.kind == effect.symptom for s in rest):
             symptoms, windows = rest, explanation.windows
             found[effect.name] = explanation

@@ -23,8 +23,9 @@ OU_RATIO = 3.0
 FASTEST_OU_S = 3.0
 GRID = tuple(10.0**x for x in np.arange(-5.0, 1.01, 1.0))
 """Flicker strengths in Hz times the white density that are tried first."""
+WALK_GRID = tuple(10.0**x for x in np.arange(-5.0, 3.01, 1.0))
 WALK_SCALE = 1e-2
-"""Walk strengths are tried at this times the flicker strengths, 1/s."""
+"""1/s: walk strengths are tried at this times WALK_GRID; an MPU-6050's reach to 0.016 deg/s/sqrt(s)."""
 EARTH_VARIANCE = 7.292115e-5**2 / 3.0
 """(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board of unknown heading; it turns with the mounting."""
 
@@ -142,7 +143,8 @@ class SlowNoise:
 
         """
         scale = self.white_psd * np.array([1.0, WALK_SCALE])
-        low, high = np.log(scale * GRID[0] / 10.0), np.log(scale * GRID[-1] * 10.0)
+        low = np.log(scale * np.array([GRID[0], WALK_GRID[0]]) / 10.0)
+        high = np.log(scale * np.array([GRID[-1], WALK_GRID[-1]]) * 10.0)
         centre = np.log(np.array([prior.flicker, prior.walk]))
 
         def cost(p: FloatArray) -> tuple[float, FloatArray]:
@@ -169,17 +171,26 @@ class SlowNoise:
     @cached_property
     def grid(self) -> list[GridPoint]:
         """Projectors of all combinations of strengths; they depend on the blocks alone, so every model reuses them."""
-        out = []
-        for flicker in GRID:
-            for walk in GRID:
-                drift = Drift(self.white_psd * flicker, self.white_psd * walk * WALK_SCALE)
-                projector, logdet = self._projector(drift)
-                out.append(GridPoint(drift, projector, logdet))
-        return out
+        return self.grid_of(self.walk, WALK_SCALE)
+
+    def grid_of(self, kernel: FloatArray, scale: float) -> list[GridPoint]:
+        """The same for another kernel (b, b) than the walk, tried at `scale` times the flicker strengths."""
+        white = self.white_psd
+        return [self.point(Drift(white * f, white * w * scale), kernel) for f in GRID for w in WALK_GRID]
+
+    def point(self, drift: Drift, kernel: FloatArray) -> GridPoint:
+        """One pair of strengths, those of `walk` being the kernel's."""
+        if kernel is self.walk:
+            factor = self.factor(drift)
+        else:
+            factor = cho_factor(self.white + drift.flicker * self.flicker + drift.walk * kernel, lower=True)
+        return GridPoint(drift, *self._without_biases(factor))
 
     def _projector(self, drift: Drift) -> tuple[FloatArray, float]:
         """P = K^-1 - K^-1 H (H' K^-1 H)^-1 H' K^-1 and ln|K| + ln|H' K^-1 H|."""
-        factor = self.factor(drift)
+        return self._without_biases(self.factor(drift))
+
+    def _without_biases(self, factor: tuple[FloatArray, bool]) -> tuple[FloatArray, float]:
         inverse = cho_solve(factor, np.eye(len(self.white)))
         ih = inverse @ self.sessions
         hh = self.sessions.T @ ih

@@ -15,12 +15,13 @@ from scipy.stats import f as fisher
 
 from gsense_fusion.identification.alternatives import beside, slow_residual, step_places, steps
 from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.motion_drift import motion_drift
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
 from gsense_fusion.identification.screening import step_gain
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
-FAMILIES = 5
+FAMILIES = 6
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
 MODEL_ERROR = 0.02
 """The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
@@ -31,7 +32,7 @@ class Symptom:
     """Something that the complete model does not explain."""
 
     kind: str
-    """orders, lines, band, intensity or step."""
+    """orders, lines, band, intensity, step or drift."""
     axes: tuple[str, ...]
     p_value: float
     rate_rms: float
@@ -99,6 +100,7 @@ def find_symptoms(
         found += _bands(moving, still, alpha)
     found += _intensity(likelihood, fit, alpha, level)
     found += _steps(likelihood, fit, alpha)
+    found += _drift(likelihood, fit, alpha)
     return sorted(found, key=lambda s: s.p_value)
 
 
@@ -251,9 +253,10 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> 
     if np.ptp(square) < 0.1:
         return []
     found = beside(likelihood, fit, square[:, None])
-    if chi2.sf(found.gains[0] / level, len(likelihood.slow)) > alpha:
+    gain = float(found.gains[0]) / level
+    if found.hopeless(gain, len(likelihood.slow), alpha):
         return []
-    p = found.p_value(float(found.gains[0]) / level)
+    p = found.p_value(gain)
     if p > alpha:
         return []
     ratio, slope = _sizes(likelihood, fit, square)
@@ -270,7 +273,10 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
         return []
     found = beside(likelihood, fit, columns)
     best = int(np.argmax(found.gains))
-    p = found.p_value(float(found.gains[best]))
+    gain = float(found.gains[best])
+    if found.hopeless(gain, len(likelihood.slow), alpha):
+        return []
+    p = found.p_value(gain)
     if p > alpha:
         return []
     _, size = _sizes(likelihood, fit, columns[:, best])
@@ -279,6 +285,19 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     text = f"the bias steps at {blocks.time[place] - blocks.duration[place] / 2:.0f} s, most on {AXES[axis]}"
     axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
     return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
+
+
+def _drift(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """A bias that wanders in motion and not at rest."""
+    found = motion_drift(likelihood, fit)
+    if found is None or found.chance.hopeless(found.gain, 1, alpha):
+        return []
+    p = found.chance.p_value(found.gain)
+    if p > alpha:
+        return []
+    text = "the bias wanders more in motion than the rest records predict"
+    spread = found.q * float(np.sqrt(np.ptp(likelihood.blocks.time)))
+    return [Symptom("drift", tuple(AXES[i] for i in likelihood.slow), p, spread, (), text)]
 
 
 def _sizes(likelihood: Likelihood, fit: Fit, column: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -6,9 +6,9 @@ from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.effects.belt_tilt import BeltTilt
 from gsense_fusion.identification.effects.belt_tooth import BeltTooth, BeltToothAngle
 from gsense_fusion.identification.effects.bias_jump import BiasJump
-from gsense_fusion.identification.effects.friction_pickup import FrictionPickup
+from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
 from gsense_fusion.identification.effects.g_cubed import GCubed
-from gsense_fusion.identification.effects.g_resonance import GResonance
+from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
@@ -30,11 +30,13 @@ REGRESSED: tuple[Effect, ...] = (
     RailBend(),
     SpeedPickup(),
     FrictionPickup(),
+    InertiaPickup(),
     GSquared(),
     GCubed(),
     BeltTilt(),
     JerkCoupling(),
     GResonance(),
+    RockingMount(),
     ReversalRock(),
     BeltTooth(),
     BeltToothAngle(),

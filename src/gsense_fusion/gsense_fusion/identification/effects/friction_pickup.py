@@ -24,3 +24,23 @@ class FrictionPickup(Effect):
     def design(self, drivers: Drivers) -> FloatArray:
         """Direction on each axis, shape (n, 3, 3)."""
         return per_axis(mean_direction(drivers.time, drivers.kinematics.velocity))
+
+
+class InertiaPickup(Effect):
+    """The current that accelerates the carriage: it hides in G unless the board is turned, for it does not turn."""
+
+    name = "friction_pickup_inertia"
+    owner = Owner.CHAIN
+    equation = "c' a"
+    source = FrictionPickup.source
+    parameters = spec("inertia_x inertia_y inertia_z", "(rad/s)/(m/s^2)", 3e-4)
+    needs = ("friction_pickup",)
+    part_of = "friction_pickup"
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the pick-up needs."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Acceleration on each axis, shape (n, 3, 3)."""
+        return per_axis(drivers.kinematics.acceleration)

@@ -44,6 +44,29 @@ class GResonance(Effect):
         return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.acceleration, f0, damping))
 
 
+class RockingMount(Effect):
+    """The board truly turns on its mount: the rate of the same mode's sway, a quarter of a period ahead of it."""
+
+    name = "g_resonance_rate"
+    owner = Owner.MOUNT
+    equation = "c' d/dt (h(f0, damping) * a)"
+    source = GResonance.source
+    parameters = spec("rate_x rate_y rate_z", "(rad/s)/(m/s^3)", 1e-5)
+    needs = ("g_resonance",)
+    part_of = "g_resonance"
+    fields = ("resonance_hz", "resonance_damping")
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the resonance needs."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> FloatArray:
+        """Filtered jerk on each axis, shape (n, 3, 3)."""
+        f0 = drivers.templates.get("resonance_hz", 10.0)
+        damping = drivers.templates.get("resonance_damping", 0.1)
+        return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.jerk, f0, damping))
+
+
 def resonant(time: FloatArray, series: FloatArray, f0: float, damping: float) -> FloatArray:
     """A series (n,) that begins and ends at rest through f0^2 / (f0^2 - f^2 + 2 i damping f0 f), shape (n,)."""
     n = next_fast_len(len(series) + int(4.0 / (damping * f0) / max(float(np.median(np.diff(time))), 1e-4)), real=True)

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
-from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.residual import WindowResidual
 from gsense_fusion.identification.sufficiency import strongest_line
 from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
@@ -29,8 +28,9 @@ class LineTone(StatisticalEffect):
     source = "mains hum and switching converters seen through the sampler"
     symptom = "lines"
 
-    def explain(self, likelihood: Likelihood, windows: Sequence[WindowResidual]) -> Explanation | None:
+    def explain(self, seen: Seen) -> Explanation | None:
         """One frequency that all runs share, with the phase of each its own."""
+        likelihood, windows = seen.likelihood, seen.windows
         moving = [w for w in windows if w.window.moving and w.data in likelihood.campaign.fit]
         found = strongest_line(moving)
         if found is None:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from gsense_fusion.identification.effects.base import Templates
-from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
+from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.residual import WindowResidual
 from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
@@ -28,8 +28,9 @@ class SpeedNoise(StatisticalEffect):
     source = "rolling noise of bearings: amplitude in proportion to speed"
     symptom = "band"
 
-    def explain(self, likelihood: Likelihood, windows: Sequence[WindowResidual]) -> Explanation | None:
+    def explain(self, seen: Seen) -> Explanation | None:
         """Power above 5 Hz in tenths of a second against v^2, |v|, a^2 and a constant of the motion."""
+        likelihood, windows = seen.likelihood, seen.windows
         moving = [w for w in windows if w.window.moving]
         if not moving:
             return None

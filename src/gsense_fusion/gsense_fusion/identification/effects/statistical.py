@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion
-from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import WindowResidual
 from gsense_fusion.identification.types import FloatArray, Parameter
 
@@ -27,6 +27,18 @@ class Explanation:
     """Root mean square of what could be subtracted if its phase were known, rad/s, axes root-summed."""
     level: float = 1.0
     """How many times the power of the noise at rest is there in the noisiest run."""
+    settles: str = ""
+    """Kind of symptom that this is the answer to whatever the windows say: one that they do not show."""
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """What a statistical effect is looked for in."""
+
+    likelihood: Likelihood
+    fit: Fit
+    windows: tuple[WindowResidual, ...]
+    """Its residual."""
 
 
 class StatisticalEffect(Effect):
@@ -37,8 +49,8 @@ class StatisticalEffect(Effect):
     """Kind of symptom that it explains, and that must vanish with it."""
 
     @abstractmethod
-    def explain(self, likelihood: Likelihood, windows: Sequence[WindowResidual]) -> Explanation | None:
-        """The effect in these residuals, or None where they do not look like it."""
+    def explain(self, seen: Seen) -> Explanation | None:
+        """The effect in the residual of a fit, or None where they do not look like it."""
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail."""
