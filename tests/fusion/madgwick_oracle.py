@@ -40,8 +40,17 @@ def jacobian(q: Array, earth: Array) -> Array:
     )
 
 
-def step(q: Array, dt: float, rate: Array, force: Array, field: Array | None, beta: tuple[float, float]) -> Array:
-    """One sample; `beta` is (IMU, MARG) in rad/s."""
+def step(
+    q: Array,
+    dt: float,
+    rate: Array,
+    force: Array,
+    field: Array | None,
+    beta: tuple[float, float],
+    *,
+    projected: bool = False,
+) -> Array:
+    """One sample; `beta` is (IMU, MARG) in rad/s; `projected` is not of the report: only what turns is normalised."""
     w, x, y, z = q
     turned = Rotation.from_quat([x, y, z, w]) * Rotation.from_rotvec(rate * dt)
     x, y, z, w = turned.as_quat()
@@ -60,6 +69,8 @@ def step(q: Array, dt: float, rate: Array, force: Array, field: Array | None, be
         b = np.array([0.0, np.hypot(h[0], h[1]), h[2]])  # equation 46, north is y
         gradient = gradient + jacobian(q, b).T @ objective(q, b, m)  # equations 29 to 32
         gain = beta[1]
+    if projected:
+        gradient = gradient - q * (q @ gradient)
     slope = np.linalg.norm(gradient)
     corrected = predicted - gain * dt * gradient / slope if slope > 0 else predicted  # equations 42 to 44
     return corrected / np.linalg.norm(corrected)
