@@ -64,7 +64,10 @@ class WatchNode(Node):
         stamp_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
         reported = message.linear_acceleration_covariance[0] != -1.0
         felt = np.array([force.x, force.y, force.z]) if reported else _UNREPORTED
+        known_bias = self.prediction.bias_from_rest
         residual = self.prediction.residual(stamp_ns, np.array([rate.x, rate.y, rate.z]), felt)
+        if self.prediction.bias_from_rest != known_bias:
+            self.watcher.begin_anew(stamp_ns * 1e-9)
         known = self.watcher.known_rate(stamp_ns * 1e-9, *self._carriage, felt)
         out = Vector3Stamped(header=message.header)
         out.vector.x, out.vector.y, out.vector.z = (residual - known).tolist()

@@ -75,7 +75,11 @@ def _one_run(
             pose = next(poses, None)
         imu = after.imu if t >= onset else before.imu
         force = imu.specific_force[i]
-        watcher.add_sample(t, prediction.residual(int(imu.stamp_ns[i]), imu.angular_rate[i], force), force)
+        known = prediction.bias_from_rest
+        residual = prediction.residual(int(imu.stamp_ns[i]), imu.angular_rate[i], force)
+        if prediction.bias_from_rest != known:
+            watcher.begin_anew(t)
+        watcher.add_sample(t, residual, force)
         if watcher.due():
             yield watcher.test(watcher.window())
 

@@ -71,6 +71,39 @@ def test_a_step_is_found_and_a_ramp_is_none(seed: int) -> None:
     assert level_series(seed, 1e-5, 4e-4) == [240.0]
 
 
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("within", [0.0, 0.3, 0.7])
+def test_a_step_after_few_means_does_not_hide_itself(seed: int, within: float) -> None:
+    """Its own first means were once part of the scale that it was held against."""
+    rng = np.random.default_rng(seed)
+    levels = Levels()
+    steps = []
+    for i in range(30):
+        share = 0.0 if i < 9 else within if i == 9 and within else 1.0
+        mean = 3e-5 * rng.standard_normal(3) + share * np.array([1e-4, 2e-4, -7e-4])
+        step = levels.add(Level(6.0 * i, mean), UP)
+        steps += [] if step is None else [i]
+    assert len(steps) == 1
+    assert 11 <= steps[0] <= 12
+
+
+def test_wandering_means_are_no_steps() -> None:
+    """Fifteen hours: white noise, flicker's slower half, a random walk of 1e-4 deg/s/sqrt(s), a warm-up."""
+    rng = np.random.default_rng(4)
+    found = 0
+    for _ in range(15):
+        levels, wander, walk = Levels(), np.zeros(3), np.zeros(3)
+        for i in range(600):
+            wander = 0.9 * wander + 1e-5 * rng.standard_normal(3)
+            walk = walk + np.radians(1e-4) * np.sqrt(6.0) * rng.standard_normal(3)
+            warm = 3e-4 * np.exp(-6.0 * i / 140.0)
+            found += levels.add(Level(6.0 * i, 3e-5 * rng.standard_normal(3) + wander + walk + warm), UP) is not None
+    assert found == 0
+
+
 def test_a_turned_board_begins_anew() -> None:
     levels = Levels()
     for i in range(20):

@@ -12,6 +12,7 @@ from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.watch import Watcher
 from gsense_fusion.watch.reference import true_rate
 
 
@@ -45,6 +46,24 @@ def test_tones_and_noise_of_the_motion_are_named(kind: str, size: float, name: s
     assert report is not None
     assert 80.0 < report.time < 140.0
     assert report.fresh[0].suspects[0] == name
+
+
+@pytest.mark.parametrize("begins", [True, False])
+def test_what_was_measured_before_the_bias_was_known_is_forgotten(begins: bool) -> None:
+    """Else the first mean holds the whole bias, and steps drown in what it makes of the scale."""
+    watcher = Watcher()
+    rng = np.random.default_rng(1)
+    alarms = []
+    for i in range(120 * 50):
+        t = i / 50.0
+        if begins and i == 50:
+            watcher.begin_anew(t)
+        residual = 1e-4 * rng.standard_normal(3) + (0.05 if t < 1.0 else 0.0) + (5e-4 if t > 60.0 else 0.0)
+        watcher.add_position(t, 0.0)
+        watcher.add_sample(t, residual, np.array([0.0, 0.0, 9.81]))
+        if watcher.due():
+            alarms += [a.suspects for a in watcher.test(watcher.window()).fresh]
+    assert alarms == ([("bias_jump",)] if begins else [])
 
 
 def test_a_true_rotation_that_the_file_knows_belongs_to_the_prediction() -> None:

@@ -22,6 +22,8 @@ from .spectrum import spectrum_of
 from .suspects import Suspect, rank, rivals
 from .window import Samples, Steady, steady_part
 
+FULL_LEVEL = 0.8
+"""Part of a mean's samples that must be there."""
 _DEG = float(np.degrees(1.0))
 
 
@@ -96,6 +98,7 @@ class Watcher:
         self._next = -np.inf
         self._levels = Levels()
         self._level_until = -np.inf
+        self._begun = -np.inf
         self._moved = False
         self._changed = -np.inf
         self._quiet: FloatArray | None = None
@@ -114,6 +117,11 @@ class Watcher:
         elif time <= newest:
             return
         self._samples.add(time, *residual, *specific_force)
+
+    def begin_anew(self, time: float) -> None:
+        """Another bias is predicted from here on (s): the residual before belongs to no common mean with it."""
+        self._samples.clear()
+        self._begun = time
 
     def add_position(self, time: float, position: float) -> None:
         """Take one position of the carriage, m."""
@@ -205,12 +213,14 @@ class Watcher:
             period = 2 * np.pi / steady.angular_frequency
             length = period * np.ceil(length / period)
         begin = max(self._level_until, float(steady.time[-1]) - self.settings.window_s)
-        begin = max(begin, float(steady.time[0]))
+        begin = max(begin, float(steady.time[0]), self._begun)
+        if self._level_until < self._begun:
+            self._levels = Levels()
         while begin + length <= steady.time[-1]:
             inside = (steady.time >= begin) & (steady.time < begin + length)
             begin += length
             self._level_until = begin
-            if inside.sum() < 20:
+            if inside.sum() < FULL_LEVEL * length * steady.rate_hz:  # a mean over a gap would be a noisier one
                 continue
             level = Level(begin - length / 2, steady.residual[inside].mean(axis=0))
             if self._moved is not steady.moving:
