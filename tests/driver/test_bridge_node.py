@@ -184,8 +184,8 @@ def test_topics_values_stamps_and_link(rig):
     assert lisy[0].linear_acceleration_covariance[0] == -1.0
     assert list(lisy[0].angular_velocity_covariance)[0:9:4][:2] == [1e6, 1e6]
     assert [stamp(m) for m in mpu] == [stamp(m) for m in lisy]
-    # All come in order, the first ones too, which waited for the clock; at the board's times plus a constant, as exactly
-    # as the machine let this process read.
+    # All come in order, the first ones too, which waited for the clock; at the board's times plus a constant, as
+    # exactly as the machine let this process read.
     pause = max(b - a for a, b in pairwise(rig.arrivals))
     errors = [
         stamp(m) - begin - when for m, (when, _) in zip(mpu, [f for f in dropped if f[1][0] & 31 == 1], strict=True)

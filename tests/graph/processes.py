@@ -48,7 +48,7 @@ class Graph:
         """The board; returns the path of its pseudo-terminal. A link: another board may get the same number later."""
         link = self.folder / f"{label}-tty"
         board = self.start(label, "gsense_driver", "board", "--link", str(link), *arguments)
-        ready, _, _ = select.select([board.stdout], [], [], 30.0)
+        ready, _, _ = select.select([board.stdout], [], [], 60.0)
         assert ready, self.log(label)
         assert board.stdout is not None
         assert board.stdout.readline().strip() == os.path.realpath(link)
@@ -57,7 +57,7 @@ class Graph:
     def log(self, label: str) -> str:
         return (self.folder / f"{label}.log").read_text(errors="replace")
 
-    def end(self, label: str, number: int = signal.SIGINT, timeout: float = 20.0) -> int:
+    def end(self, label: str, number: int = signal.SIGINT, timeout: float = 60.0) -> int:
         """Exit code after a signal."""
         process = self.processes.pop(label)
         try:
@@ -75,7 +75,7 @@ class Graph:
         for process in self.processes.values():
             if process.poll() is None:
                 process.send_signal(signal.SIGINT)
-        end = time.monotonic() + 8.0
+        end = time.monotonic() + 30.0
         while any(p.poll() is None for p in self.processes.values()) and time.monotonic() < end:
             time.sleep(0.05)
         for process in self.processes.values():

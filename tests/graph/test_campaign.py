@@ -68,7 +68,7 @@ def _end_in_motion(folder: Path, number: signal.Signals) -> tuple[int, str]:
         started = subprocess.Popen(
             _command(folder, "--yes"), env=_environment(folder), start_new_session=True, stderr=stderr
         )
-    end = time.monotonic() + 120.0
+    end = time.monotonic() + 300.0
     try:
         while not (folder / "out" / ".unfinished" / "run_01").exists() or not (folder / "out" / "run_00").exists():
             assert started.poll() is None, log.read_text()
@@ -76,11 +76,26 @@ def _end_in_motion(folder: Path, number: signal.Signals) -> tuple[int, str]:
             time.sleep(0.05)
         time.sleep(4.0)  # at rest for two seconds, then in motion
         started.send_signal(number)
-        started.wait(30.0)
+        started.wait(90.0)
     finally:
         started.kill()
         started.wait()
     return started.returncode, log.read_text()
+
+
+def _wait_for_ends(folder: Path) -> None:
+    """Until all processes of a campaign have ended, by themselves where it was killed: they know it by their TMPDIR."""
+    end = time.monotonic() + 60.0
+    while left := [pid for pid in Path("/proc").glob("[0-9]*") if f"TMPDIR={folder}\0" in _environment_of(pid)]:
+        assert time.monotonic() < end, left
+        time.sleep(0.05)
+
+
+def _environment_of(process: Path) -> str:
+    try:
+        return (process / "environ").read_text(errors="replace") + "\0"
+    except OSError:
+        return ""  # ended meanwhile, or another user's
 
 
 def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> None:
@@ -89,20 +104,20 @@ def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> No
     assert code == 130
     assert log.endswith(f"campaign: interrupted; the same command goes on in {tmp_path / 'out'}\n")
     assert _done(tmp_path) == ["run_00"]
-    time.sleep(1.0)
+    _wait_for_ends(tmp_path)
     shutil.rmtree(tmp_path / "out" / ".unfinished")
     code, _ = _end_in_motion(tmp_path, signal.SIGKILL)
     assert code == -signal.SIGKILL
     assert _done(tmp_path) == ["run_00"]
     before = (tmp_path / "out" / "run_00" / "run_00_0.mcap").stat().st_mtime_ns
-    time.sleep(2.0)  # the killed graph's processes end by themselves
+    _wait_for_ends(tmp_path)
     second = subprocess.run(
         _command(tmp_path, "--yes"),
         env=_environment(tmp_path),
         check=False,
         capture_output=True,
         text=True,
-        timeout=180,
+        timeout=400,
     )
     assert second.returncode == 0, second.stderr
     assert "2 runs, 1 were there already; 0 of " in second.stdout
@@ -133,7 +148,7 @@ def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> No
 def test_malformed_plans_are_refused_in_one_line(tmp_path: Path, plan: str, words: str) -> None:
     command = _command(tmp_path)
     (tmp_path / "plan.yaml").write_text(plan)
-    done = subprocess.run(command, env=_environment(tmp_path), check=False, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(command, env=_environment(tmp_path), check=False, capture_output=True, text=True, timeout=120)
     assert done.returncode == 2
     assert words in done.stderr
     assert done.stderr.count("\n") == 1
@@ -142,7 +157,7 @@ def test_malformed_plans_are_refused_in_one_line(tmp_path: Path, plan: str, word
 
 def test_without_a_graph_it_says_what_to_start(tmp_path: Path) -> None:
     done = subprocess.run(
-        _command(tmp_path), env=_environment(tmp_path), check=False, capture_output=True, text=True, timeout=60
+        _command(tmp_path), env=_environment(tmp_path), check=False, capture_output=True, text=True, timeout=120
     )
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1

