@@ -8,8 +8,7 @@ import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-import pytest
+from unittest.mock import patch
 
 from gsense_rig.demonstration.domain import free_domain
 
@@ -21,12 +20,12 @@ def own_domain() -> Iterator[int]:
     folder.mkdir(exist_ok=True)
     while True:
         domain = free_domain()
-        with (folder / str(domain)).open("w") as claim, pytest.MonkeyPatch.context() as environment:
+        with (folder / str(domain)).open("w") as claim:
             try:
                 fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
                 continue
-            environment.setenv("ROS_DOMAIN_ID", str(domain))
-            environment.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-            yield domain
+            own = {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+            with patch.dict(os.environ, own):
+                yield domain
             return

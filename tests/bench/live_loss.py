@@ -19,8 +19,9 @@ from rosbags.typesys import Stores, get_typestore
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+from tests.domains import own_domain  # noqa: E402
 from tests.graph.ears import stamp_ns  # noqa: E402
-from tests.graph.processes import DOMAIN, Graph, parameters  # noqa: E402
+from tests.graph.processes import Graph, parameters  # noqa: E402
 
 TYPES = get_typestore(Stores.ROS2_JAZZY)
 RATES = {
@@ -36,9 +37,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=60.0)
     seconds = parser.parse_args().seconds
-    with tempfile.TemporaryDirectory(prefix="gsense-live-loss-") as name:
+    with tempfile.TemporaryDirectory(prefix="gsense-live-loss-") as name, own_domain():
         folder = Path(name)
-        graph = Graph(folder, DOMAIN)
+        graph = Graph(folder)
         try:
             bag = record(graph, folder, seconds)
         finally:

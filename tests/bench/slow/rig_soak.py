@@ -28,8 +28,9 @@ from geometry_msgs.msg import PoseStamped  # noqa: E402
 from gsense_msgs.action import Sinusoid  # noqa: E402
 from rclpy.action import ActionClient  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from tests.domains import own_domain  # noqa: E402
 from tests.graph.ears import Ears, stamp_ns  # noqa: E402
-from tests.graph.processes import DOMAIN, Graph, parameters  # noqa: E402
+from tests.graph.processes import Graph, parameters  # noqa: E402
 
 from gsense_rig.loop.messages import DriveSine, Home  # noqa: E402
 from gsense_rig.loop.parameters import LoopParameters  # noqa: E402
@@ -134,13 +135,12 @@ def wait(future: Any, timeout: float) -> Any:
 
 
 def live(seconds: float) -> bool:
-    with tempfile.TemporaryDirectory(prefix="gsense-rig-soak-") as name:
-        graph = Graph(Path(name), DOMAIN)
+    with tempfile.TemporaryDirectory(prefix="gsense-rig-soak-") as name, own_domain():
+        graph = Graph(Path(name))
         ears = None
         try:
             graph.start("rig", "gsense_rig", "rig", *parameters(bus=Path(name) / "bus"))
-            os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-            ears = Heard(DOMAIN)
+            ears = Heard()
             return soak(graph, ears, seconds)
         finally:
             if ears is not None:
@@ -151,9 +151,9 @@ def live(seconds: float) -> bool:
 class Heard(Ears):
     """Ears that count instead of keeping."""
 
-    def __init__(self, domain: int) -> None:
+    def __init__(self) -> None:
         self.watch: Watch | None = None
-        super().__init__(domain, {"rig/pose": PoseStamped, "/diagnostics": DiagnosticArray})
+        super().__init__({"rig/pose": PoseStamped, "/diagnostics": DiagnosticArray})
 
     def _hear(self, name: str, raw: bytes) -> None:
         if self.watch is not None:
