@@ -26,7 +26,14 @@ from .segments import errors
 from .test_regression import BOUNDS, COMPENSATION, HERE, RECORDED, SIMULATED, home
 
 K = float(np.radians(0.1) / 9.80665)
-TOPICS = ("/mpu6050/imu/data_raw", "/bno055/imu/data_raw", "/bno055/imu/mag", "/rig/pose", "/rig/joint_states")
+TOPICS = (
+    "/mpu6050/imu/data_raw",
+    "/bno055/imu/data_raw",
+    "/bno055/imu/data",
+    "/bno055/imu/mag",
+    "/rig/pose",
+    "/rig/joint_states",
+)
 SLACK, LEAST = 1.15, 0.01
 """A bound is the error of today times this, and this many degrees more."""
 
@@ -45,7 +52,17 @@ def make_bag() -> None:
     with tempfile.TemporaryDirectory() as folder:
         plan = Path(folder, "plan.yaml")
         plan.write_text(yaml.safe_dump({"runs": [run]}))
-        command = [sys.executable, "-m", "gsense_rig.simulate", str(plan), "--out", f"{folder}/out", "--seed", "11"]
+        command = [
+            sys.executable,
+            "-m",
+            "gsense_rig.simulate",
+            str(plan),
+            "--out",
+            f"{folder}/out",
+            "--seed",
+            "11",
+            "--ndof",
+        ]
         subprocess.run([*command, "--effect", f"g_sensitivity={K}"], check=True)
         writer = Writer(Path(folder, "small"), version=9, storage_plugin=StoragePlugin.MCAP)
         writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)

@@ -14,7 +14,7 @@ from gsense_fusion.compensation import CompensationFile, GSensitivity, SpeedPick
 
 STEP = 5_000_000
 START = 1_760_000_000_000_000_000
-NAMES = ("complementary", "kalman", "madgwick", "mahony", "vqf", "bounded", "rig_aided", "gyro_only")
+NAMES = ("complementary", "kalman", "madgwick", "mahony", "vqf", "bounded", "rig_aided", "gyro_only", "own")
 FILE = CompensationFile(
     "s", terms=(GSensitivity(k=2e-4), TemperatureBias((1e-3, 0.0, -1e-3), 25.0, 3.0), SpeedPickup((1e-3, 0.0, 0.0)))
 )
@@ -61,18 +61,30 @@ def recording(case: str, n: int = 2400) -> Recording:
         temperature=(slow, 25.0 + np.arange(100) * 0.05),
         carriage=(places, position),
         carriage_velocity=np.gradient(position, STEP * 1e-9),
+        own=(slow - 40_000_000, _own()) if case != "no accelerometer" else None,
     )
+
+
+def _own() -> Any:
+    """What a chip might say: a slow turn, with readings missing."""
+    angle = np.arange(100) * 0.01
+    own = np.stack([np.cos(angle), np.sin(angle) * 0.6, 0 * angle, np.sin(angle) * 0.8], axis=1)
+    own[30:40] = np.nan
+    return own
 
 
 def live(r: Recording, fusion: Fusion) -> dict[str, list[Any]]:
     """As the node is fed: what has an older or the same stamp came before."""
     found: dict[str, list[Any]] = {}
-    field = temperature = place = 0
+    field = temperature = place = own = 0
     for i in range(len(r.stamp_ns)):
         newest = r.stamp_ns[: i + 1].max()
         while r.field is not None and field < len(r.field[0]) and r.field[0][field] <= newest:
             fusion.add_field(r.field[1][field])
             field += 1
+        while r.own is not None and own < len(r.own[0]) and r.own[0][own] <= newest:
+            fusion.add_own(r.own[1][own])
+            own += 1
         while (
             r.temperature is not None
             and temperature < len(r.temperature[0])

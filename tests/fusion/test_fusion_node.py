@@ -57,7 +57,8 @@ class Bench:
         self.mag = self.node.create_publisher(MagneticField, "mpu6050/imu/mag", QOS)
         self.temperature = self.node.create_publisher(Temperature, "mpu6050/temperature", QOS)
         self.heard: dict[str, list[Any]] = {}
-        for name in ("madgwick", "madgwick_gcomp"):
+        self.own = self.node.create_publisher(Imu, "mpu6050/imu/data", QOS)
+        for name in ("madgwick", "madgwick_gcomp", "own"):
             self._listen(Imu, f"mpu6050/{name}/imu/data")
         self._listen(DiagnosticArray, "/diagnostics")
 
@@ -89,6 +90,9 @@ class Bench:
                 field = MagneticField(header=message.header)
                 field.magnetic_field.x, field.magnetic_field.z = 2e-5, -4e-5
                 self.mag.publish(field)
+                own = Imu(header=message.header)
+                own.orientation.x, own.orientation.w = 0.6, 0.8
+                self.own.publish(own)
             self.imu.publish(message)
             if i % 20 == 19:
                 self.spin_until(lambda: False, 0.03)
@@ -150,6 +154,23 @@ def test_topics_stamps_and_contents(bench: Bench, tmp_path: Path, compensated: b
     if compensated:
         assert [m.header.stamp for m in comp] == [m.header.stamp for m in raw]
         _check_contents(comp[-1], 0.02)
+
+
+def test_the_chips_own_attitude_stands_beside_the_filters(bench: Bench) -> None:
+    process = subprocess.Popen(
+        _command(filter="[madgwick, own]"), env=_environment(), stderr=subprocess.PIPE, text=True
+    )
+    try:
+        assert bench.spin_until(bench.subscribed), "the node did not subscribe"
+        assert bench.spin_until(lambda: bench.heard["/diagnostics"])
+        bench.publish(COUNT)
+        own = bench.heard["mpu6050/own/imu/data"]
+        assert bench.spin_until(lambda: len(own) >= COUNT)
+    finally:
+        errors = _stop(process, signal.SIGINT)
+    assert "Traceback" not in errors
+    turn = own[-1].orientation
+    np.testing.assert_allclose([turn.w, turn.x, turn.y, turn.z], [0.8, 0.6, 0.0, 0.0], atol=1e-3)
 
 
 def _check_contents(message: Any, rate_y: float) -> None:

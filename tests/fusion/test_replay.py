@@ -159,6 +159,11 @@ def test_the_sensors_own_fusion_is_scored(tmp_path: Path) -> None:
         bag.add("/mpu6050/imu/data", at, own)
     result = replay.replay(load_run(bag.write(tmp_path / "in"), "mpu6050"), ["gyro_only"])
     # from the 1000th sample on the carriage moves without a turn, and the sensor says that it turns
+    by_filter = replay.replay(load_run(tmp_path / "in", "mpu6050"), ["own"])
+    assert set(by_filter.accuracy) == {"own"}
+    assert by_filter.accuracy["own"]["raw"].inclination == pytest.approx(
+        result.accuracy["own"]["raw"].inclination, rel=1e-6
+    )
     assert np.degrees(result.accuracy["own"]["raw"].inclination) == pytest.approx(
         np.degrees(0.6 / np.sqrt(3)), rel=0.05
     )

@@ -59,6 +59,8 @@ class FusionNode(Node):
         self.create_subscription(JointState, "rig/joint_states", self._on_joint, _QOS)
         if self._uses_mag():
             self.create_subscription(MagneticField, f"{self.sensor}/imu/mag", self._on_mag, _QOS)
+        if any(channel.uses_own for channel in self.fusion.channels):
+            self.create_subscription(Imu, f"{self.sensor}/imu/data", self._on_own, _QOS, raw=True)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._on_second)
         self.get_logger().info(f"{self.sensor}: {', '.join(self._outputs)}" + (f", by {self._path}" if file else ""))
@@ -137,6 +139,14 @@ class FusionNode(Node):
             self._outputs[estimate.channel].publish(output_message(estimate, covariance))
         if estimates and self.fusion.status.start != self._told:
             self._tell()
+
+    def _on_own(self, data: bytes) -> None:
+        try:
+            x, y, z, w, covariance = parse_imu(data).values[:5]
+        except ValueError:
+            return
+        if covariance != -1.0:
+            self.fusion.add_own(np.array([w, x, y, z]))
 
     def _on_mag(self, message: Any) -> None:
         field = message.magnetic_field

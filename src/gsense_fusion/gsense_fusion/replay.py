@@ -17,7 +17,7 @@ from gsense_fusion.attitude import FILTERS, UnknownFilterError, filter_kind
 from gsense_fusion.attitude.accuracy import Accuracy, AccuracyError, Reference, at_samples, score
 from gsense_fusion.attitude.fusion import Fusion, FusionStatus
 from gsense_fusion.attitude.interface import IntArray
-from gsense_fusion.attitude.offline import Estimates, run_offline
+from gsense_fusion.attitude.offline import Estimates, Recording, run_offline
 from gsense_fusion.attitude.recorded import recording_of, reference_of_run
 from gsense_fusion.attitude.registry import channels
 from gsense_fusion.bags import BagError, Run, load_run
@@ -115,7 +115,7 @@ def replay(
     """
     recording, order = recording_of(run, use_mag=use_mag)
     notes = list(run.notes)
-    names = _names(run, filters, recording.carriage is not None, notes)
+    names = _names(run, filters, recording, notes)
     fusion = Fusion(channels(names, with_compensation=file is not None), file)
     estimates = run_offline(fusion, recording)
     if names and not len(estimates.rows):
@@ -130,19 +130,19 @@ def replay(
     return result
 
 
-def _names(run: Run, filters: Sequence[str] | None, has_carriage: bool, notes: list[str]) -> list[str]:
+def _names(run: Run, filters: Sequence[str] | None, recording: Recording, notes: list[str]) -> list[str]:
     if not np.isfinite(run.imu.angular_rate).all(axis=1).any():
         if filters:
             raise ReplayError(f"{run.path}: {run.topic} reports no angular velocity, so no filter can run")
         notes.append(f"{run.topic} reports no angular velocity: only the sensor's own attitude")
         return []
     kinds = {name: filter_kind(name) for name in filters or FILTERS}
-    if not has_carriage:
-        missing = [name for name, kind in kinds.items() if kind.uses_carriage]
-        if filters and missing:
-            raise ReplayError(f"{run.path}: {missing[0]} needs rig/joint_states, which this bag lacks")
-        kinds = {name: kind for name, kind in kinds.items() if not kind.uses_carriage}
-    return list(kinds)
+    lacking = {name: "rig/joint_states" for name, k in kinds.items() if k.uses_carriage and recording.carriage is None}
+    lacking |= {name: "<sensor>/imu/data" for name, k in kinds.items() if k.uses_own and recording.own is None}
+    if filters and lacking:
+        name, topic = next(iter(lacking.items()))
+        raise ReplayError(f"{run.path}: {name} needs {topic}, which this bag lacks")
+    return [name for name in kinds if name not in lacking]
 
 
 def _score(result: Replay, names: list[str], file: CompensationFile | None) -> None:
@@ -153,10 +153,11 @@ def _score(result: Replay, names: list[str], file: CompensationFile | None) -> N
         for name in names:
             for key, channel in (("raw", name), ("gcomp", f"{name}_gcomp")):
                 if channel in estimates.quaternion:
-                    found = score(estimates.quaternion[channel][order], reference, has_heading=result.uses_field)
+                    headed = result.uses_field or name == OWN
+                    found = score(estimates.quaternion[channel][order], reference, has_heading=headed)
                     result.accuracy.setdefault(name, {})[key] = found
     own = run.own if run.own is not None else run.imu
-    if own.orientation is not None:
+    if own.orientation is not None and OWN not in result.accuracy:  # not asked for, or no rate beside it: as it is
         known = np.isfinite(own.orientation).all(axis=1)
         stamps = run.imu.stamp_ns
         reference = reference_of_run(run, file, stamps)

@@ -26,7 +26,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line on stderr where plan, effect or folder cannot be used; 130 after Ctrl-C."""
     gc.disable()  # arrays without cycles: the collector only looks at telemetry, over and over
     options = _parser().parse_args(arguments)
-    spec = SessionSpec(options.seed, tuple(options.effect), options.unit_seed, options.start_time, options.unit_id)
+    spec = SessionSpec(
+        options.seed, tuple(options.effect), options.unit_seed, options.start_time, options.unit_id, options.ndof
+    )
     try:
         plan = load_plan(options.plan)
         begun = time.perf_counter()
@@ -55,6 +57,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="repeats a session bit for bit (default 1)")
     parser.add_argument("--unit-seed", type=int, metavar="N", help="draws the unit apart from the noise")
     parser.add_argument("--unit-id", metavar="TEXT", help="name of the unit in the bags")
+    parser.add_argument(
+        "--ndof",
+        action="store_true",
+        help="bno055/imu/data beside the raw topics: a stand-in for the chip's own fusion",
+    )
     parser.add_argument(
         "--start-time", type=float, default=DEFAULT_START, metavar="S", help="s since 1970 (default 2026-01-01)"
     )

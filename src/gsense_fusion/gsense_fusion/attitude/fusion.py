@@ -74,6 +74,7 @@ class _Measured:
     rate: FloatArray
     force: FloatArray
     field: FloatArray | None
+    own: FloatArray | None
     inputs: FloatArray
     source: Any
 
@@ -105,6 +106,7 @@ class Fusion:
         self.streams = (raw, *compensated)
         self.timer = StepTimer(self.settings.longest_step_s)
         self._field: FloatArray | None = None
+        self._own: FloatArray | None = None
         self._inputs = np.full(3, np.nan)
         self._window: list[_Measured] = []
         self._held: list[_Held] = []
@@ -127,15 +129,22 @@ class Fusion:
         for stream in self.streams:
             stream.add_position(stamp_ns, position)
 
-    def set_known(self, inputs: FloatArray, field: FloatArray) -> None:
+    def add_own(self, quaternion: FloatArray) -> None:
+        """A new attitude of the sensor's own fusion, (w, x, y, z), shape (4,); used with the next sample."""
+        if np.isfinite(quaternion).all() and np.any(quaternion):
+            self._own = np.asarray(quaternion, dtype=np.float64)
+
+    def set_known(self, inputs: FloatArray, field: FloatArray, own: FloatArray) -> None:
         """All that is known at the next sample at once.
 
         Args:
             inputs: temperature (NaN: no new reading), supply and the carriage's velocity, shape (3,).
             field: magnetic field, shape (3,); NaN: no new one.
+            own: attitude of the sensor's own fusion, shape (4,); NaN: no new one.
         """
         self._inputs[:] = inputs
-        self._field = None
+        self._field = self._own = None
+        self.add_own(own)
         self.add_field(field)
 
     def add_field(self, field: FloatArray) -> None:
@@ -188,12 +197,16 @@ class Fusion:
 
     def _measured(self, stamp_ns: int, dt: float, rate: FloatArray, force: FloatArray, source: Any) -> _Measured:
         field, self._field = self._field, None
+        own, self._own = self._own, None
         inputs = self._inputs.copy()
         self._inputs[TEMPERATURE] = np.nan  # a reading is used once
-        return _Measured(stamp_ns, dt, rate, force, field, inputs, source)
+        return _Measured(stamp_ns, dt, rate, force, field, own, inputs, source)
 
     def _through(self, m: _Measured) -> _Held:
-        return _Held(m, tuple(s.sample(m.stamp_ns, m.rate, m.force, m.field, m.inputs) for s in self.streams))
+        samples = tuple(s.sample(m.stamp_ns, m.rate, m.force, m.field, m.inputs) for s in self.streams)
+        for sample in samples:
+            sample.own = m.own
+        return _Held(m, samples)
 
     def _start(self) -> list[Estimate]:
         _settle_inputs([m.inputs for m in self._window])

@@ -39,6 +39,8 @@ class Recording:
     """Positions of the carriage, m."""
     carriage_velocity: FloatArray | None = None
     """m/s, as many as positions; NaN where unknown."""
+    own: Series | None = None
+    """Attitudes of the sensor's own fusion, body -> ENU, (w, x, y, z), shape (m, 4)."""
 
 
 @dataclass
@@ -83,6 +85,7 @@ class _Run:
         self.parts = _Parts()
         self.newest = np.maximum.accumulate(recording.stamp_ns) if len(recording.stamp_ns) else recording.stamp_ns
         self.field = _Readings(recording.field, self.newest)
+        self.own = _Readings(recording.own, self.newest)
         self.temperature = _Readings(recording.temperature, self.newest)
         self.inputs = gather_inputs(self.newest, None, recording.supply, self._velocity())
         self.positions = 0
@@ -124,11 +127,12 @@ class _Run:
         r, fusion = self.r, self.fusion
         self._add_positions(int(self.newest[i]))
         self.inputs[i, TEMPERATURE] = self.temperature.new_at(i)
-        fusion.set_known(self.inputs[i], self.field.new_at(i))
+        fusion.set_known(self.inputs[i], self.field.new_at(i), self.own.new_at(i))
         used = fusion.timer.counts.samples
         self._keep(fusion.add_sample(int(r.stamp_ns[i]), r.angular_rate[i], r.specific_force[i], i))
         if fusion.timer.counts.samples > used:
             self.field.hand_over(i)
+            self.own.hand_over(i)
             self.temperature.hand_over(i)
 
     def _keep(self, estimates: list[Estimate]) -> None:
@@ -160,9 +164,11 @@ class _Run:
         inputs = self.inputs[rows]
         if r.temperature is not None:
             inputs[:, TEMPERATURE] = self.temperature.new_in(rows)
+        own = self.own.new_in(rows) if r.own is not None else None
         self.parts.rows.append(rows)
         for stream in self.fusion.streams:
             sample = stream.block(r.stamp_ns[rows], r.angular_rate[rows], r.specific_force[rows], fields, inputs)
+            sample.own = own
             for channel, quaternion in zip(stream.channels, stream.batch(dt, sample), strict=True):
                 self.parts.add(channel.name, quaternion, sample.rate)
 

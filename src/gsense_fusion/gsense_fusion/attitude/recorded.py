@@ -31,6 +31,8 @@ def recording_of(run: Run, *, use_mag: bool = True) -> tuple[Recording, NDArray[
         if pose is not None
         else None
     )
+    own = run.own if run.own is not None else run.imu
+    turned = np.isfinite(own.orientation).all(axis=1) if own.orientation is not None else None
     recording = Recording(
         run.imu.stamp_ns[order],
         np.ascontiguousarray(run.imu.angular_rate[order]),
@@ -40,6 +42,7 @@ def recording_of(run: Run, *, use_mag: bool = True) -> tuple[Recording, NDArray[
         (run.battery.stamp_ns, run.battery.value) if run.battery is not None else None,
         carriage,
         joint.velocity if joint is not None and carriage is not None and carriage[0] is joint.stamp_ns else None,
+        (own.stamp_ns[turned], np.ascontiguousarray(own.orientation[turned])) if own.orientation is not None else None,
     )
     return recording, order
 

@@ -14,6 +14,7 @@ from .interface import AttitudeFilter
 from .kalman import Kalman, KalmanParameters
 from .madgwick import Madgwick, MadgwickParameters
 from .mahony import Mahony, MahonyParameters
+from .own import Own, OwnParameters
 from .rig_aided import RigAided, RigAidedParameters
 from .stream import Channel
 from .vqf_library import Vqf, VqfParameters
@@ -33,6 +34,8 @@ class FilterKind:
     """Dataclass of its parameters; every field has a default."""
     uses_carriage: bool = False
     """Whether it is fed with the specific force less the carriage's acceleration."""
+    uses_own: bool = False
+    """Whether it is fed with the sensor's own attitude; what is compensated outside does not reach into that."""
     own_bias: float = 0.0
     """rad/s: a bias up to this is the filter's own business and is left in the rate; a larger one is taken off."""
 
@@ -46,6 +49,7 @@ FILTERS: dict[str, FilterKind] = {
     "bounded": FilterKind(Bounded, BoundedParameters),
     "rig_aided": FilterKind(RigAided, RigAidedParameters, uses_carriage=True),
     "gyro_only": FilterKind(GyroOnly, GyroOnlyParameters),
+    "own": FilterKind(Own, OwnParameters, uses_own=True),
 }
 
 
@@ -79,8 +83,8 @@ def channels(
     for name in dict.fromkeys(names):
         kind = filter_kind(name)
         more = dict((parameters or {}).get(name, {}))
-        for compensated in (False, True) if with_compensation else (False,):
+        for compensated in (False, True) if with_compensation and not kind.uses_own else (False,):
             made = kind.make(kind.parameters(**more))
             label = f"{name}_gcomp" if compensated else name
-            out.append(Channel(label, made, compensated, kind.uses_carriage, kind.own_bias))
+            out.append(Channel(label, made, compensated, kind.uses_carriage, kind.own_bias, kind.uses_own))
     return out

@@ -15,6 +15,7 @@ from gsense_fusion.compensation import CompensationFile, Compensator, corrected_
 
 from .carriage import CarriageAid
 from .interface import AttitudeFilter, FloatArray, IntArray
+from .own import directions
 
 TEMPERATURE, SUPPLY, VELOCITY = 0, 1, 2
 """Columns of what else is known at a sample, as `compensation.gather_inputs` has them."""
@@ -32,6 +33,9 @@ class Channel:
     own_bias: float = 0.0
     """rad/s: a bias up to this is left to the filter."""
 
+    uses_own: bool = False
+    """Fed with the sensor's own attitude, in the places of specific force and field (see `own`)."""
+
     def finds(self, bias: FloatArray) -> bool:
         """Whether the bias at rest, rad/s, shape (3,), is left in the rate for the filter to find."""
         return float(np.max(np.abs(bias))) <= self.own_bias
@@ -48,6 +52,8 @@ class Sample:
     clean_force: FloatArray
     """The same, less the carriage's acceleration; NaN where that is not known."""
     field: FloatArray | None
+    own: FloatArray | None = None
+    """The sensor's own attitude, body -> ENU, (w, x, y, z), shape (4,); in a block rows of NaN where none is new."""
 
 
 class Stream:
@@ -118,7 +124,9 @@ class Stream:
         """Every channel's attitude after the sample, shape (4,) each."""
         free = sample.rate - self._bias
         return [
-            channel.filter.update(
+            self._update_own(channel, dt, free, sample)
+            if channel.uses_own
+            else channel.filter.update(
                 dt,
                 sample.rate if finds else free,
                 sample.clean_force if channel.uses_carriage else sample.force,
@@ -127,11 +135,20 @@ class Stream:
             for channel, finds in zip(self.channels, self._finds, strict=True)
         ]
 
+    def _update_own(self, channel: Channel, dt: float, rate: FloatArray, sample: Sample) -> FloatArray:
+        if sample.own is None:
+            return channel.filter.update(dt, rate, sample.force)
+        up, north = directions(sample.own[None])
+        return channel.filter.update(dt, rate, up[0], north[0])
+
     def batch(self, dt: FloatArray, sample: Sample) -> list[FloatArray]:
         """The same for a block, shape (n, 4) each."""
         free = sample.rate - self._bias
+        own = None if sample.own is None else directions(sample.own)
         return [
-            channel.filter.batch(
+            channel.filter.batch(dt, free, *(own or (sample.force, None)))
+            if channel.uses_own
+            else channel.filter.batch(
                 dt,
                 sample.rate if finds else free,
                 sample.clean_force if channel.uses_carriage else sample.force,

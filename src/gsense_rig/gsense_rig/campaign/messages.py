@@ -60,6 +60,13 @@ class RunMessages:
         example = self._imu(f"{sensor}_link")
         return self._batch(self._topic(sensor, "IMU_RAW"), example, stamp, latency, values)
 
+    def own_attitude(self, stamp: Array, latency: Array, quaternion: Array, force: Array) -> Batch:
+        """Imu of the BNO055's own fusion: attitude (x, y, z, w), shape (n, 4); the rate is not reported."""
+        values: Values = {"angular_velocity_covariance.0": _NOT_REPORTED}
+        values |= {f"orientation.{axis}": quaternion[:, i] for i, axis in enumerate((*_XYZ, "w"))}
+        values |= _vector("linear_acceleration", force)
+        return self._batch(self._topic("bno055", "IMU"), self._imu("bno055_link"), stamp, latency, values)
+
     def magnetic_field(self, stamp: Array, latency: Array, tesla: Array) -> Batch:
         """MagneticField of the BNO055."""
         t = self._types

@@ -14,6 +14,7 @@ from gsense_rig.campaign.plan import PlanRun
 from gsense_rig.recording.typestore import typestore
 from gsense_rig.sensors.layout import Registers
 from gsense_rig.sensors.mounting import Mounting
+from gsense_rig.sensors.ndof import ndof, reported_force
 from gsense_rig.sensors.parameters import UnitParameters
 from gsense_rig.sensors.unit import SensorUnit, UnitSpec
 
@@ -42,6 +43,8 @@ class SessionSpec:
     """Host's time at the session's start, s since 1970."""
     unit_id: str | None = None
     """None: named after the unit's seed."""
+    ndof: bool = False
+    """Whether the BNO055's own fusion is in the bags, too."""
 
     @property
     def unit(self) -> int:
@@ -120,7 +123,13 @@ class Session:
         every = slice(None, None, TEMPERATURE_EVERY_BNO)
         celsius = registers.bno_temperature[reads.index].astype(np.float64)
         make = self._messages
+        own = []
+        if self.spec.ndof:
+            rate, force = raw[:, 6:9] / config.gyro_scale, raw[:, :3] / config.accel_scale
+            attitude = ndof(stamp, rate, force, raw[:, 3:6] / 16e6)
+            own = [make.own_attitude(stamp, latency + 1e-5, attitude, reported_force(attitude, force))]
         return [
+            *own,
             make.imu("bno055", stamp, latency, raw[:, 6:9] / config.gyro_scale, raw[:, :3] / config.accel_scale),
             make.magnetic_field(stamp[changed], latency[changed] + 2e-5, raw[changed, 3:6] / 16e6),
             make.temperature("bno055", stamp[every], latency[every] + 4e-5, celsius[every]),

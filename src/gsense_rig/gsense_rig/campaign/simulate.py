@@ -131,6 +131,7 @@ def _truth(spec: SessionSpec) -> dict[str, Any]:
         "seed": spec.seed,
         "unit_seed": spec.unit,
         "start_time": spec.start_time,
+        **({"ndof": True} if spec.ndof else {}),
         "effects": {effect.name: effect.value for effect in parse_effects(spec.effects)},
         "mpu6050": {
             "bias": unit.mpu_gyro.bias.tolist(),
