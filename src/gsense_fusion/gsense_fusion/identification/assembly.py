@@ -13,6 +13,7 @@ from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.claims import survives
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.interval import template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
     RATE_BAND_HZ,
@@ -29,7 +30,7 @@ from gsense_fusion.identification.mounting import NOMINAL
 from gsense_fusion.identification.precision import covariances, encoder_delay, not_found, rest_noise
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
-from gsense_fusion.identification.selection import Selection, refinement_variance, template_stderr
+from gsense_fusion.identification.selection import Selection, refinement_variance
 from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 

@@ -6,10 +6,11 @@ import numpy as np
 
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.interval import template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.noise import periodogram
 from gsense_fusion.identification.result import Covariance
-from gsense_fusion.identification.selection import refinement_variance, template_stderr
+from gsense_fusion.identification.selection import refinement_variance
 from gsense_fusion.identification.types import AXES, Parameter
 
 NOISE_BAND_HZ = (4.0, 20.0)

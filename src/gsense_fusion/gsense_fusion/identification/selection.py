@@ -11,6 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
+from gsense_fusion.identification.interval import middle, template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.screening import screened
 from gsense_fusion.identification.types import FloatArray
@@ -200,6 +201,9 @@ class Selection:
                 threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
                 if 2 * (refined.loglik - fit.loglik) > threshold:
                     fit = refined
+        for spec in (s for s in specs if s.gaps):
+            value = middle(self.likelihood, fit, spec)
+            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit)
         return fit
 
     def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
@@ -297,19 +301,3 @@ def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> 
     if not template.owns_effect:
         return inside
     return inside and abs(value) > SOUND_SIGMA * template_stderr(likelihood, fit, template)
-
-
-def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> float:
-    """Standard error of a searched parameter from the curvature of the profile likelihood."""
-    value = fit.templates.get(template.field, template.default)
-    step = max(0.005 * template.plausible, 1e-3 * abs(value))
-    for _ in range(14):
-        drop = [
-            fit.loglik - likelihood.evaluate(fit.names, fit.templates.set(template.field, v), fit).loglik
-            for v in (value - step, value + step)
-        ]
-        mean = float(np.mean(drop))
-        if mean > 0.3:
-            return float(step / np.sqrt(2 * mean))
-        step *= 2.0
-    return float("inf")

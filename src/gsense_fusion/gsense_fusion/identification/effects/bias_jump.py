@@ -16,7 +16,7 @@ class BiasJump(Effect):
     equation = "d (t > t0)"
     source = "BNO055 datasheet: background calibration of the gyro's offset"
     parameters = spec("d_x d_y d_z", "rad/s", 1e-2)
-    templates = (TemplateSpec("t0", "s", "jump_time_s", (), 0.0, 1e9, 1.0),)
+    templates = (TemplateSpec("t0", "s", "jump_time_s", (), 0.0, 1e9, 1.0, gaps=True),)
     dynamic = False
     slow = True
     separating_run = "long_rest"
