@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
-from gsense_fusion.identification.interval import middle, reach, template_stderr
+from gsense_fusion.identification.interval import instant, reach, template_stderr
 
+INSTANT = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0, gaps=True)
 SPEC = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0)
 
 
@@ -26,16 +27,23 @@ def _profile(loglik: Callable[[float], float], best: float) -> tuple[Any, Any]:
 def test_a_parabola_has_its_own_width(sigma: float) -> None:
     likelihood, fit = _profile(lambda t: -0.5 * ((t - 700.0) / sigma) ** 2, 700.0)
     assert template_stderr(likelihood, fit, SPEC) == pytest.approx(sigma, rel=1e-6)
-    assert middle(likelihood, fit, SPEC) == pytest.approx(700.0, abs=1e-6 * sigma)
+    mean, deviation = instant(likelihood, fit, INSTANT)
+    assert (mean, deviation) == (
+        pytest.approx(700.0, abs=max(0.2, 0.05 * sigma)),
+        pytest.approx(sigma, rel=0.05, abs=0.1),
+    )
 
 
 def test_an_instant_between_two_runs() -> None:
-    """Nothing was recorded from 645 to 815 s; the search happened to end beside the second run."""
-    likelihood, fit = _profile(lambda t: -20.0 * max(645.0 - t, 0.0, t - 815.0) ** 2, 814.0)
-    t0 = middle(likelihood, fit, SPEC)
-    assert t0 == pytest.approx(730.0, abs=5.0)
-    likelihood, fit = _profile(lambda t: -20.0 * max(645.0 - t, 0.0, t - 815.0) ** 2, t0)
-    assert template_stderr(likelihood, fit, SPEC) == pytest.approx(85.0, abs=5.0)
+    """Nothing was recorded from 645 to 815 s; half a second of the second run fits by a hair better."""
+
+    def profile(t: float) -> float:
+        return 3.0 * np.exp(-(((t - 815.4) / 0.2) ** 2)) - 20.0 * max(645.0 - t, 0.0, t - 816.0) ** 2
+
+    for found in (815.4, 730.0):
+        t0, stderr = instant(*_profile(profile, found), INSTANT)
+        assert t0 == pytest.approx(730.0, abs=5.0)
+        assert stderr == pytest.approx(170.0 / np.sqrt(12.0), rel=0.05)
 
 
 def test_the_range_ends_what_the_data_leaves_open() -> None:

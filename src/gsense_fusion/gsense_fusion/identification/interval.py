@@ -12,19 +12,55 @@ LARGEST_DROP = 2.0
 """In the log-likelihood: between these a step is small enough to be interpolated."""
 DOUBLINGS = 14
 HALVINGS = 5
+OUT_DROP = 8.0
+"""In the log-likelihood: what loses more is out of the question."""
+CELLS = 20
 
 
 def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> float:
     """Standard error of a searched parameter: root mean square of how far it reaches on either side."""
+    if template.gaps:
+        return instant(likelihood, fit, template)[1]
     below, above = (reach(likelihood, fit, template, side) for side in (-1, 1))
     return float(np.sqrt((below**2 + above**2) / 2))
 
 
-def middle(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> float:
-    """The middle between both reaches: where runs lie apart, an instant between them is as likely as any other."""
-    below, above = (reach(likelihood, fit, template, side) for side in (-1, 1))
+def instant(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> tuple[float, float]:
+    """Mean and standard deviation of an instant, every one as likely beforehand.
+
+    Not the likeliest one: a gap of minutes between two runs outweighs a second of a run that fits by a hair better.
+    """
     value = fit.templates.get(template.field, template.default)
-    return value + (above - below) / 2 if np.isfinite(above + below) else value
+    low, high = value - _edge(likelihood, fit, template, -1), value + _edge(likelihood, fit, template, 1)
+    cells = low + (np.arange(CELLS) + 0.5) * (high - low) / CELLS
+    loglik = np.array(
+        [likelihood.evaluate(fit.names, fit.templates.set(template.field, float(t)), fit).loglik for t in cells]
+    )
+    weight = np.exp(loglik - loglik.max())
+    mean = float(np.average(cells, weights=weight))
+    variance = float(np.average((cells - mean) ** 2, weights=weight)) + ((high - low) / CELLS) ** 2 / 12
+    return mean, float(np.sqrt(variance))
+
+
+def _edge(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -> float:
+    """Distance on one side beyond which a parameter is out of the question."""
+    value = fit.templates.get(template.field, template.default)
+    room = template.upper - value if side > 0 else value - template.lower
+
+    def out(distance: float) -> bool:
+        there = fit.templates.set(template.field, value + side * distance)
+        return fit.loglik - likelihood.evaluate(fit.names, there, fit).loglik > OUT_DROP
+
+    inner, step = 0.0, 0.5 * template.plausible
+    for _ in range(DOUBLINGS):
+        if step >= room or out(step):
+            break
+        inner, step = step, 2 * step
+    step = min(step, max(room, 0.0))
+    for _ in range(HALVINGS):
+        half = (inner + step) / 2
+        inner, step = (inner, half) if out(half) else (half, step)
+    return step
 
 
 def reach(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -> float:

@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
-from gsense_fusion.identification.interval import middle, template_stderr
+from gsense_fusion.identification.interval import instant, template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.screening import screened
 from gsense_fusion.identification.types import FloatArray
@@ -202,7 +202,7 @@ class Selection:
                 if 2 * (refined.loglik - fit.loglik) > threshold:
                     fit = refined
         for spec in (s for s in specs if s.gaps):
-            value = middle(self.likelihood, fit, spec)
+            value, _ = instant(self.likelihood, fit, spec)
             fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit)
         return fit
 

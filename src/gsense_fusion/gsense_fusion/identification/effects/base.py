@@ -99,7 +99,7 @@ class TemplateSpec:
     """It refines an effect that exists without it (lag of temperature_bias); it is paid for where it leaves its
     default. Others are always paid for."""
     gaps: bool = False
-    """An instant, which may lie where no run was recorded or fitted: then the middle of what is open is taken."""
+    """An instant, which may lie where no run was recorded or fitted: then its mean is taken."""
 
 
 class Effect(ABC):
