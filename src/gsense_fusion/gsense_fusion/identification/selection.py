@@ -55,6 +55,7 @@ class Selection:
         self._rough: dict[frozenset[str], Candidate] = {}
         self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
         self._points: dict[str, list[dict[str, float]]] = {}
+        self._instants: list[tuple[float, float]] = []
         self._say = progress or (lambda _text: None)
 
     def candidate(self, names: frozenset[str]) -> Candidate:
@@ -202,9 +203,18 @@ class Selection:
                 if 2 * (refined.loglik - fit.loglik) > threshold:
                     fit = refined
         for spec in (s for s in specs if s.gaps):
-            value, _ = instant(self.likelihood, fit, spec)
-            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit)
+            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
         return fit
+
+    def _instant(self, fit: Fit, spec: TemplateSpec) -> float:
+        """The mean of an instant; looked for once in each neighbourhood, whatever else is in the model."""
+        value = fit.templates.get(spec.field, spec.default)
+        known = (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible)
+        mean = next(known, None)
+        if mean is None:
+            mean, _ = instant(self.likelihood, fit, spec)
+            self._instants.append((value, mean))
+        return mean
 
     def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
         """A searched parameter between its neighbours on the grid (or its plausible distance)."""
