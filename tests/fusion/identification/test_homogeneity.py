@@ -1,0 +1,46 @@
+"""An effect has one size in every run; what only resembles it follows the speed."""
+
+from __future__ import annotations
+
+import pytest
+from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import DEG
+
+from gsense_fusion.identification.campaign import DriverSource, build_campaign
+from gsense_fusion.identification.effects.base import Templates
+from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
+from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
+from gsense_fusion.identification.homogeneity import Homogeneity, homogeneity
+from gsense_fusion.identification.integrity import clean_runs
+from gsense_fusion.identification.likelihood import Likelihood
+from gsense_fusion.identification.rest import noise_at_rest
+from gsense_fusion.identification.types import Role
+
+from .sessions import made
+
+
+def _of_speed_pickup(kind: str, size: float) -> Homogeneity:
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in made(Disturbance(kind, size)).runs]))
+    effects = (GSensitivity(), SpeedPickup())
+    likelihood = Likelihood(campaign, DriverSource(campaign), effects, noise_at_rest(campaign)[0])
+    fit = likelihood.evaluate(frozenset(e.name for e in effects), Templates())
+    return homogeneity(likelihood, fit, effects[1])
+
+
+@pytest.mark.parametrize("size", [0.01, 0.1])
+def test_a_pickup_in_proportion_to_the_speed_holds_in_every_run(size: float) -> None:
+    found = _of_speed_pickup("back_emf", size * DEG)
+    assert found.energy > 30
+    assert found.holds
+    assert found.trend is not None
+    assert found.trend.holds
+
+
+def test_a_drag_that_grows_with_the_square_of_the_speed_is_no_pickup() -> None:
+    """One degree of freedom sees it where the spread over the runs alone would not."""
+    found = _of_speed_pickup("air_drag", 0.03 * DEG)
+    assert found.energy > 100
+    assert found.trend is not None
+    assert found.trend.gain > 20
+    assert found.trend.slope > 0.3
+    assert not found.holds
