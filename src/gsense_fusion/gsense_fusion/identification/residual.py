@@ -12,7 +12,7 @@ from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray
-from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, whiten, window_bins
+from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, whiten, whiten_alike, window_bins
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
 LOWEST_COHERENT_HZ = 5.0
@@ -81,7 +81,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
                 continue
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             cut = slice(window.start, window.stop)
-            rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), len(window), bins)
+            rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), bins)
             result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
             if window.moving and force is not None and feels:
                 extra = _beyond_the_drive(result, data.run.specific_force - force, model)
@@ -184,8 +184,7 @@ def line_energy(residual: WindowResidual, frequency_hz: float) -> LineEnergy:
     """
     n, rate = len(residual.window), residual.data.run.rate_hz
     phase = 2 * np.pi * frequency_hz * np.arange(n) / rate
-    tones = np.repeat(np.stack([np.cos(phase), np.sin(phase)], axis=1)[:, None, :], 3, axis=1)
-    rows = project_out_slow(whiten(tones, residual.bins), n, residual.bins)
+    rows = project_out_slow(whiten_alike(np.stack([np.cos(phase), np.sin(phase)]), residual.bins), residual.bins)
     data = residual.spectrum.reshape(-1, 3)
     free = np.flatnonzero(residual.away_from_orders())
     near = free[np.argsort(np.abs(np.log(residual.frequency[free] / frequency_hz)))[:LEVEL_BINS]]

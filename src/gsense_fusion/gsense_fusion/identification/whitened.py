@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.fft import rfft
@@ -93,6 +94,15 @@ class Bins:
     frequency: FloatArray
     weight: FloatArray
     """Multiplies the rfft so that real and imaginary parts have unit variance, shape (bins, 3)."""
+    samples: int
+    """Of the window."""
+
+    @cached_property
+    def slow(self) -> tuple[FloatArray, ...]:
+        """What a slope and a curvature span of each axis' whitened rows, orthonormal, shape (2 * bins, 2)."""
+        t = np.linspace(-1.0, 1.0, self.samples)
+        bases = np.moveaxis(whiten_alike(np.stack([t, t**2]), self), 1, 0)
+        return tuple(np.linalg.qr(basis)[0] for basis in bases)
 
 
 def window_bins(n: int, rate_hz: float, noise: Mapping[int, NoiseModel], highest_hz: float = HIGHEST_HZ) -> Bins:
@@ -104,23 +114,25 @@ def window_bins(n: int, rate_hz: float, noise: Mapping[int, NoiseModel], highest
     for axis, model in noise.items():
         f = frequency[keep]
         weight[:, axis] = np.sqrt(4.0 / (rate_hz * n * model.psd(f))) * model.usable(f, resolution)
-    return Bins(keep, frequency[keep], weight)
+    return Bins(keep, frequency[keep], weight, n)
 
 
 def whiten(series: FloatArray, bins: Bins) -> FloatArray:
     """Rows of unit variance from series of shape (n, 3, k): shape (2 * bins, 3, k), real parts first."""
-    spectrum = np.fft.rfft(series, axis=0)[bins.keep] * bins.weight[:, :, None]
+    spectrum = rfft(series, axis=0)[bins.keep] * bins.weight[:, :, None]
     return np.concatenate([spectrum.real, spectrum.imag], axis=0)
 
 
-def project_out_slow(rows: FloatArray, n: int, bins: Bins) -> FloatArray:
+def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:
+    """The same for k series (k, n) that are alike on all axes."""
+    spectrum = rfft(series, axis=1)[:, bins.keep].T[:, None, :] * bins.weight[:, :, None]
+    return np.concatenate([spectrum.real, spectrum.imag], axis=0)
+
+
+def project_out_slow(rows: FloatArray, bins: Bins) -> FloatArray:
     """Remove a constant, a slope and a curvature per axis from whitened rows (2 * bins, 3, k)."""
-    t = np.linspace(-1.0, 1.0, n)
-    basis = np.stack([t, t**2], axis=1)
     out = np.empty_like(rows)
-    for axis in range(3):
-        white = whiten(np.repeat(basis[:, None, :], 3, axis=1), bins)[:, axis, :]
-        q, _ = np.linalg.qr(white)
+    for axis, q in enumerate(bins.slow):
         out[:, axis, :] = rows[:, axis, :] - q @ (q.T @ rows[:, axis, :])
     return out
 
@@ -247,9 +259,7 @@ def _gram(rows: FloatArray) -> Gram:
 
 def _axis_rows(series: FloatArray, bins: Bins, axis: int) -> FloatArray:
     """Whitened rows (2 * bins, k) of k series (k, n) of one axis, slow parts projected out."""
-    n = series.shape[1]
-    t = np.linspace(-1.0, 1.0, n)
-    spectrum = rfft(np.concatenate([series, t[None], t[None] ** 2]), axis=1)[:, bins.keep] * bins.weight[:, axis]
+    spectrum = rfft(series, axis=1)[:, bins.keep] * bins.weight[:, axis]
     rows = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
-    q, _ = np.linalg.qr(rows[:, -2:])
-    return np.asarray(rows[:, :-2] - q @ (q.T @ rows[:, :-2]))
+    q = bins.slow[axis]
+    return np.asarray(rows - q @ (q.T @ rows))
