@@ -48,6 +48,7 @@ class Rig:
         self.link = link
         self.lock = threading.Lock()
         self.written = self.unwritten = 0
+        self.late = 0.0  # s: the writes, at most
         self.stop = False
         self.published = dict.fromkeys(TOPICS, 0)
         self.heard = dict.fromkeys(TOPICS, 0)
@@ -109,6 +110,7 @@ class Rig:
                 time.sleep(max(0.0, begin + when - time.time()))
                 if self.stop:
                     return
+                self.late = max(self.late, time.time() - begin - when)
                 with self.lock:
                     if self.plugged:
                         os.write(self.master, wire.cobs(data))
@@ -164,15 +166,17 @@ def start(rig):
 
 
 def test_topics_values_stamps_and_link(rig):
+    """At a quarter of a board's rate, so that a slow machine keeps up: board, driver and listener are one process."""
     start(rig)
-    board = wire.Board(mpu=lambda _t: wire.mpu_body(acc=(0, 0, 8192), gyr=(655, 0, 0), temperature=-521, lisy=8192))
-    frames = board.frames(3.0)
+    body = wire.mpu_body(acc=(0, 0, 8192), gyr=(655, 0, 0), temperature=-521, lisy=8192)
+    frames = wire.Board(mpu=lambda _t: body, slower=4).frames(3.0)
     frames.append((3.0, wire.payload(4, len(frames), 3_000_000, wire.ndof_body())))
     dropped = [frame for i, frame in enumerate(frames) if i not in (100, 200, 201)]
     thread, begin = rig.play(dropped)
     assert rig.spin_until(lambda: not thread.is_alive() and len(rig.got["bno055/imu/data"]) == 1)
-    assert rig.spin_until(lambda: rig.got["link"] and rig.got["link"][-1].received == len(dropped))
-    assert rig.spin_until(rig.heard_all)
+    counts = rig.node._session.pipeline.link
+    assert rig.spin_until(lambda: rig.got["link"] and rig.got["link"][-1].received == len(dropped)), counts.counts
+    assert rig.spin_until(rig.heard_all), (rig.heard, rig.published)
     got = rig.got
     mpu, lisy, bno = (got[f"{name}/imu/data_raw"] for name in ("mpu6050", "lisy300", "bno055"))
     sent = [data[0] & 31 for _, data in dropped]
@@ -185,8 +189,8 @@ def test_topics_values_stamps_and_link(rig):
     assert list(lisy[0].angular_velocity_covariance)[0:9:4][:2] == [1e6, 1e6]
     assert [stamp(m) for m in mpu] == [stamp(m) for m in lisy]
     # All come in order, the first ones too, which waited for the clock; at the board's times plus a constant, as
-    # exactly as the machine let this process read.
-    pause = max(b - a for a, b in pairwise(rig.arrivals))
+    # exactly as the machine let this process write and read.
+    pause = rig.late + max(b - a for a, b in pairwise(rig.arrivals)) - 0.02
     errors = [
         stamp(m) - begin - when for m, (when, _) in zip(mpu, [f for f in dropped if f[1][0] & 31 == 1], strict=True)
     ]
@@ -268,10 +272,10 @@ def test_a_replay_of_the_raw_log_gives_the_live_messages_bit_for_bit(rig, tmp_pa
     start(rig)
     for messages in rig.got.values():
         messages.clear()
-    frames = wire.Board().frames(2.0)
+    frames = wire.Board(slower=4).frames(4.0)
     frames[250] = (frames[250][0], b"\x55" * 32)
     thread, _ = rig.play([frame for i, frame in enumerate(frames) if i not in (100, 200)])
-    assert rig.spin_until(lambda: len(rig.got["mpu6050/imu/data_raw"]) > 200)
+    assert rig.spin_until(lambda: len(rig.got["mpu6050/imu/data_raw"]) > 100)
     rig.node.set_parameters([Parameter("mpu6050.frame_id", value="chip")])
     assert rig.spin_until(lambda: not thread.is_alive())
     assert rig.spin_until(lambda: rig.got["link"] and rig.got["link"][-1].received == len(frames) - 3)
@@ -286,7 +290,7 @@ def test_a_replay_of_the_raw_log_gives_the_live_messages_bit_for_bit(rig, tmp_pa
     assert rig.spin_until(lambda: all(len(rig.got[topic]) >= len(messages) for topic, messages in live.items()))
     rig.spin_until(lambda: False, 1.0)  # more than was live would be wrong as well
     again = written_out(rig.got)
-    assert len(live["mpu6050/imu/data_raw"]) > 390
+    assert len(live["mpu6050/imu/data_raw"]) > 190
     for topic, messages in live.items():
         extra = len(again[topic]) - len(messages)  # of the seconds before the lists were cleared
         assert extra >= 0

@@ -53,22 +53,25 @@ def status_body(
 
 
 class Board:
-    """Plays a board: frames at 200 + 100 + 1 Hz, as (true time s, payload) in order."""
+    """Plays a board: frames at 200 + 100 + 1 Hz, or so much slower, as (true time s, payload) in order."""
 
-    def __init__(self, start_us: int = 0, skew: float = 0.0, mpu: Callable[[float], bytes] | None = None) -> None:
+    def __init__(
+        self, start_us: int = 0, skew: float = 0.0, mpu: Callable[[float], bytes] | None = None, slower: int = 1
+    ) -> None:
         self.start_us = start_us
         self.skew = skew
+        self.slower = slower
         self.mpu = mpu or (lambda _t: mpu_body())
 
     def frames(self, duration: float, begin: float = 0.0) -> list[tuple[float, bytes]]:
         out = []
         sequence = 0
-        for slot in range(round(duration * 200)):
-            t = slot * 0.005
+        for slot in range(round(duration * 200 / self.slower)):
+            t = slot * 0.005 * self.slower
             due = [(1, t, self.mpu(t))]
             if slot % 2:
                 due.append((2, t + 0.002, bno_body(gyr=(slot % 7, slot % 11, slot % 13))))
-            if slot % 200 == 100:
+            if slot % (200 // self.slower) == 100 // self.slower:
                 due.append((3, t + 0.004, status_body(uptime=int(t))))
             for kind, when, body in due:
                 board_us = self.start_us + round(when * (1 + self.skew) * 1e6)
