@@ -24,6 +24,7 @@ from gsense_fusion.identification.mounting import (
     run_delays,
     run_geometry,
 )
+from gsense_fusion.identification.noise import Response
 from gsense_fusion.identification.types import FloatArray, Role
 
 TEMPERATURE_REFERENCE = 25.0
@@ -174,8 +175,9 @@ SPLINE_HZ = 200.0
 class DriverSource:
     """Drivers of each run at given template values, remembered for the last few."""
 
-    def __init__(self, campaign: Campaign) -> None:
-        """Take the campaign whose runs' drivers are wanted."""
+    def __init__(self, campaign: Campaign, response: Response | None = None) -> None:
+        """Take the campaign whose runs' drivers are wanted, and the gyro's filter where it is known."""
+        self._response = response
         n = len(campaign.runs)
         self._cached = lru_cache(maxsize=2 * n)(self._make)
         self._moved = lru_cache(maxsize=4 * n)(self._kinematics)
@@ -197,6 +199,7 @@ class DriverSource:
             temperature=lagged_temperature(data.run, templates.temperature_lag_s),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
+            response=self._response,
             templates=templates,
         )
 

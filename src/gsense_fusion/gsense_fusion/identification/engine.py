@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from gsense_fusion.bags.run import Run
+from gsense_fusion.identification.aliases import with_aliases
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
 from gsense_fusion.identification.assembly import assemble
 from gsense_fusion.identification.campaign import (
@@ -25,7 +26,7 @@ from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.mounting import NOMINAL, wandering_delay
-from gsense_fusion.identification.noise import at_least
+from gsense_fusion.identification.noise import Response, at_least
 from gsense_fusion.identification.recording.clock import on_one_clock
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.result import LoopResult
@@ -80,7 +81,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
     drifting = wandering_delay([r.geometry for r in campaign.runs])
     notes += () if drifting is None else (drifting,)
-    source = DriverSource(campaign)
+    source = DriverSource(campaign, Response.of(noise))
     fitted = tuple(e for e in settings.catalogue if not isinstance(e, RecordedEffect))
     effects, undecidable = decidable(fitted, campaign, source)
     statistical = tuple(e for e in effects if isinstance(e, StatisticalEffect))
@@ -93,6 +94,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     best = selection.search()
     say("is anything left?", 0.7)
     claims = beyond_rounding(judge(selection, best.fit, statistical), rounded)
+    claims = with_aliases(claims, likelihood)
     declared = selection.candidate(base).fit
     folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
     if not folds:

@@ -11,7 +11,7 @@ from gsense_fusion.identification.campaign import Campaign, DriverSource, RunDat
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import Held
-from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.noise import NoiseModel, Response
 from gsense_fusion.identification.predict import Prediction, Predictor
 from gsense_fusion.identification.types import Role
 from gsense_fusion.identification.whitened import Columns
@@ -30,7 +30,8 @@ def make_folds(
 
     Structure, template values and drift stay as found; coefficients are fitted anew without the held-out runs.
     """
-    source = DriverSource(campaign)
+    response = Response.of(noise)
+    source = DriverSource(campaign, response)
     used = tuple(e for e in effects if any(e.name in fit.names for fit in fits.values()))
     fits = {label: _narrowed(fit, effects, used) for label, fit in fits.items()}
     if campaign.held_out:
@@ -42,7 +43,7 @@ def make_folds(
         progress(f"held out in turn {number + 1}/{len(groups)}")
         runs = tuple(_with_role(r, Role.HELD_OUT if r in members else Role.FIT) for r in campaign.runs)
         fold = Campaign(runs, campaign.mountings, campaign.delay)
-        fold_source = DriverSource(fold)
+        fold_source = DriverSource(fold, response)
         if not fold.fit:
             continue
         likelihood = Likelihood(fold, fold_source, used, noise)

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gsense_fusion.identification.bins import USED_BAND, Bins, whiten_alike, window_bins
 from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray
-from gsense_fusion.identification.whitened import USED_BAND, Bins, project_out_slow, whiten, whiten_alike, window_bins
+from gsense_fusion.identification.whitened import project_out_slow, whiten
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
 LOWEST_COHERENT_HZ = 5.0

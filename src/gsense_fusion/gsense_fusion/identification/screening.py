@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.alternatives import slow_residual, step_places, steps
+from gsense_fusion.identification.bins import USED_BAND, window_bins
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.slow import SlowNoise
 from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import FloatArray
-from gsense_fusion.identification.whitened import USED_BAND, window_bins
 
 TRIED = 3
 POSITION_STEP = 1e-4
@@ -53,14 +53,17 @@ def step_gain(slow: SlowNoise, step: FloatArray, residual: FloatArray, drift: ob
 
 
 def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
-    """Pitches in m at which the whitened residual, seen over position, has its highest lines."""
+    """Pitches in m at which the whitened residual, seen over position, has its highest lines.
+
+    Looked at as a rate, and as an angle, whose rate changes its sign with the direction.
+    """
     length = round(1.0 / POSITION_STEP)  # a metre of rail
-    profile = np.zeros((length, 3))
+    profile = np.zeros((2, length, 3))
     for data in likelihood.campaign.fit:
         if not any(w.moving for w in data.windows):
             continue
         rate = data.run.angular_rate - predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta)
-        position = likelihood.source.of(data, fit.templates).kinematics.position
+        kin = likelihood.source.of(data, fit.templates).kinematics
         for window in data.windows:
             if not window.moving:
                 continue
@@ -69,15 +72,17 @@ def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
             spectrum = np.zeros((len(window) // 2 + 1, 3), dtype=complex)
             spectrum[bins.keep] = np.fft.rfft(rate[cut], axis=0)[bins.keep] * bins.weight**2
             white = np.fft.irfft(spectrum, len(window), axis=0)
-            cell = np.floor(position[cut] / POSITION_STEP).astype(int) % length
+            cell = np.floor(kin.position[cut] / POSITION_STEP).astype(int) % length
             for axis in range(3):
-                profile[:, axis] += np.bincount(cell, white[:, axis], length)
-    power = np.sum(np.abs(np.fft.rfft(profile, PADDING * length, axis=0)) ** 2, axis=1)
-    return _peaks(power)
+                profile[0, :, axis] += np.bincount(cell, white[:, axis], length)
+                profile[1, :, axis] += np.bincount(cell, white[:, axis] * kin.velocity[cut], length)
+    power = np.sum(np.abs(np.fft.rfft(profile, PADDING * length, axis=1)) ** 2, axis=2)
+    found = sorted(_peaks(power[0]) + _peaks(power[1]), reverse=True)
+    return tuple(dict.fromkeys(pitch for _, pitch in found))[:TRIED]
 
 
-def _peaks(power: FloatArray) -> tuple[float, ...]:
-    """The most conspicuous lines of a power spectrum over position with PADDING bins per 1/m."""
+def _peaks(power: FloatArray) -> list[tuple[float, float]]:
+    """Conspicuous lines of a power spectrum over position with PADDING bins per 1/m: how much, and the pitch in m."""
     per_metre = np.arange(len(power)) / PADDING
     low, high = round(PADDING / LONGEST_PITCH), round(PADDING / SHORTEST_PITCH)
     found: list[tuple[float, float]] = []
@@ -87,4 +92,4 @@ def _peaks(power: FloatArray) -> tuple[float, ...]:
         k = first + int(np.argmax(part))
         if level > 0 and power[k] > CONSPICUOUS * level:
             found.append((float(power[k] / level), float(1.0 / per_metre[k])))
-    return tuple(pitch for _, pitch in sorted(found, reverse=True)[:TRIED])
+    return found

@@ -9,22 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from scipy.fft import rfft
 
+from gsense_fusion.identification.bins import HIGHEST_HZ, Bins, axis_rows, window_bins
 from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.store import fields_of, means
-from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
-
-LOWEST_HZ = 0.04
-HIGHEST_HZ = 25.0
-USED_BAND = 0.4
-"""Bins up to this part of the sample rate are used."""
-
+from gsense_fusion.identification.types import FloatArray, IntArray
+from gsense_fusion.identification.wideband import WideBand
 
 KEPT_ROWS = 80
 KEPT_GRAMS = 64
@@ -86,46 +81,9 @@ class Columns:
         return np.concatenate(picked).astype(np.int64) if picked else np.zeros(0, dtype=np.int64)
 
 
-@dataclass(frozen=True)
-class Bins:
-    """The frequencies of a window that are used and the whitening of each axis."""
-
-    keep: BoolArray
-    frequency: FloatArray
-    weight: FloatArray
-    """Multiplies the rfft so that real and imaginary parts have unit variance, shape (bins, 3)."""
-    samples: int
-    """Of the window."""
-
-    @cached_property
-    def slow(self) -> tuple[FloatArray, ...]:
-        """What a slope and a curvature span of each axis' whitened rows, orthonormal, shape (2 * bins, 2)."""
-        t = np.linspace(-1.0, 1.0, self.samples)
-        bases = np.moveaxis(whiten_alike(np.stack([t, t**2]), self), 1, 0)
-        return tuple(np.linalg.qr(basis)[0] for basis in bases)
-
-
-def window_bins(n: int, rate_hz: float, noise: Mapping[int, NoiseModel], highest_hz: float = HIGHEST_HZ) -> Bins:
-    """Bins of a window of n samples."""
-    frequency = np.fft.rfftfreq(n, 1 / rate_hz)
-    resolution = rate_hz / n
-    keep = (frequency >= max(LOWEST_HZ, 0.5 * resolution)) & (frequency <= min(highest_hz, USED_BAND * rate_hz))
-    weight = np.zeros((int(keep.sum()), 3))
-    for axis, model in noise.items():
-        f = frequency[keep]
-        weight[:, axis] = np.sqrt(4.0 / (rate_hz * n * model.psd(f))) * model.usable(f, resolution)
-    return Bins(keep, frequency[keep], weight, n)
-
-
 def whiten(series: FloatArray, bins: Bins) -> FloatArray:
     """Rows of unit variance from series of shape (n, 3, k): shape (2 * bins, 3, k), real parts first."""
     spectrum = rfft(series, axis=0)[bins.keep] * bins.weight[:, :, None]
-    return np.concatenate([spectrum.real, spectrum.imag], axis=0)
-
-
-def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:
-    """The same for k series (k, n) that are alike on all axes."""
-    spectrum = rfft(series, axis=1)[:, bins.keep].T[:, None, :] * bins.weight[:, :, None]
     return np.concatenate([spectrum.real, spectrum.imag], axis=0)
 
 
@@ -162,6 +120,7 @@ class WhitenedCampaign:
         self._windows = [
             [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
         ]
+        self._wide = WideBand(campaign, source, noise, HIGHEST_HZ)
         self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
         self._means: dict[tuple[str, Templates], FloatArray] = {}
         self._cross: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
@@ -197,15 +156,29 @@ class WhitenedCampaign:
         """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
         wanted = [e for e in self.effects if names is None or e.name in names]
         own = {e.name: templates.only(fields_of(e)) for e in wanted}
-        changed = [e for e in wanted if own[e.name].values]
+        changed = [e for e in wanted if own[e.name].values or (names is not None and e.wide_band)]
         key = frozenset((e.name, own[e.name]) for e in changed)
         if not changed:
             return self._base
         if key not in self._grams:
             if len(self._grams) > KEPT_GRAMS:
                 self._grams.clear()
-            self._grams[key] = self._replaced(changed, own)
+            wide = [e for e in changed if e.wide_band]
+            self._grams[key] = self._widened(self._replaced(changed, own), wide, templates)
         return self._grams[key]
+
+    def _widened(self, grams: tuple[Gram, ...], wide: Sequence[Effect], templates: Templates) -> tuple[Gram, ...]:
+        """With the rows above the common band, which only some effects have."""
+        if not wide:
+            return grams
+        index = self.columns.index(frozenset(e.name for e in wide))
+        out = []
+        for gram, (xx, xy) in zip(grams, self._wide.products(wide, templates), strict=True):
+            sums = gram.xx.copy(), gram.xy.copy()
+            sums[0][np.ix_(index, index)] += xx
+            sums[1][index] += xy
+            out.append(Gram(*sums, gram.yy, gram.rows))
+        return tuple(out)
 
     def _replaced(self, changed: Sequence[Effect], own: Mapping[str, Templates]) -> tuple[Gram, ...]:
         """The default Grams with the columns of some effects at other template values."""
@@ -247,7 +220,7 @@ class WhitenedCampaign:
                 used = np.flatnonzero(both[:, axis, :].any(axis=0))  # most leave most columns of an axis empty
                 rows = np.zeros((2 * len(bins.frequency), series.shape[2]))
                 if len(used):
-                    rows[:, used] = _axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
+                    rows[:, used] = axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
                 parts.append(rows)
         return np.concatenate(parts)
 
@@ -255,11 +228,3 @@ class WhitenedCampaign:
 def _gram(rows: FloatArray) -> Gram:
     X, y = rows[:, :-1], rows[:, -1]
     return Gram(X.T @ X, X.T @ y, float(y @ y), len(y))
-
-
-def _axis_rows(series: FloatArray, bins: Bins, axis: int) -> FloatArray:
-    """Whitened rows (2 * bins, k) of k series (k, n) of one axis, slow parts projected out."""
-    spectrum = rfft(series, axis=1)[:, bins.keep] * bins.weight[:, axis]
-    rows = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
-    q = bins.slow[axis]
-    return np.asarray(rows - q @ (q.T @ rows))

@@ -12,6 +12,7 @@ import numpy as np
 
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.noise import Response
 from gsense_fusion.identification.types import FloatArray, Owner, Parameter
 
 
@@ -59,6 +60,8 @@ class Drivers:
     """s, shape (n,)."""
     supply: FloatArray | None = None
     """Supply voltage minus the campaign's mean, V, shape (n,)."""
+    response: Response | None = None
+    """What the gyro's filter leaves of a signal, by frequency; None where nothing is known of it."""
     templates: Templates = Templates()
     """Values of the searched parameters."""
 
@@ -128,6 +131,8 @@ class Effect(ABC):
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects that must be in the model for this one to be visible."""
 
+    wide_band: ClassVar[bool] = False
+    """Whether it acts above the band in which all effects are fitted: then it has rows of its own there."""
     fields: ClassVar[tuple[str, ...]] = ()
     """Searched parameters of another effect on which its columns depend too."""
 

@@ -25,6 +25,7 @@ class BeltTooth(Effect):
     parameters = spec("cos_x cos_y cos_z sin_x sin_y sin_z", "rad/s", 3e-3)
     templates = (TemplateSpec("pitch", "m", "tooth_pitch_m", (), 5e-4, 0.08, 1e-5, default=5e-3),)
     separating_run = "small_stroke"
+    wide_band = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail, and the rail's direction in the sensor's axes."""
@@ -32,10 +33,8 @@ class BeltTooth(Effect):
 
     def design(self, drivers: Drivers) -> FloatArray:
         """Cosine and sine over position while the carriage moves, shape (n, 3, 6)."""
-        kin = drivers.kinematics
-        phase = 2 * np.pi * kin.position / drivers.templates.get("tooth_pitch_m", 5e-3)
-        moves = np.abs(kin.velocity) > 0
-        parts = [about_rail_axes(drivers, f(phase) * moves) for f in (np.cos, np.sin)]
+        phase, passed = _phase_and_gain(drivers)
+        parts = [about_rail_axes(drivers, f(phase) * passed) for f in (np.cos, np.sin)]
         return np.concatenate(parts, axis=2)
 
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
@@ -53,6 +52,7 @@ class BeltToothAngle(Effect):
     parameters = spec("angle_cos_x angle_cos_y angle_cos_z angle_sin_x angle_sin_y angle_sin_z", "rad/m", 3e-2)
     needs = ("belt_tooth",)
     part_of = "belt_tooth"
+    wide_band = True
     fields = ("tooth_pitch_m",)
 
     def missing(self, drivers: Drivers) -> str | None:
@@ -61,9 +61,21 @@ class BeltToothAngle(Effect):
 
     def design(self, drivers: Drivers) -> FloatArray:
         """Velocity times cosine and sine over position, shape (n, 3, 6)."""
-        kin = drivers.kinematics
-        phase = 2 * np.pi * kin.position / drivers.templates.get("tooth_pitch_m", 5e-3)
-        return np.concatenate([about_rail_axes(drivers, f(phase) * kin.velocity) for f in (np.cos, np.sin)], axis=2)
+        phase, passed = _phase_and_gain(drivers)
+        speed = drivers.kinematics.velocity * passed
+        return np.concatenate([about_rail_axes(drivers, f(phase) * speed) for f in (np.cos, np.sin)], axis=2)
+
+
+def _phase_and_gain(drivers: Drivers) -> tuple[FloatArray, FloatArray]:
+    """Phase of the ripple, and what the gyro's filter leaves of it at the moment's frequency v / pitch; zero at rest.
+
+    Without the filter, fast runs would have a ripple beyond the sample rate folded into the band of the fit.
+    """
+    kin = drivers.kinematics
+    pitch = drivers.templates.get("tooth_pitch_m", 5e-3)
+    speed = np.abs(kin.velocity)
+    passed = (speed > 0).astype(float) if drivers.response is None else drivers.response.at(speed / pitch) * (speed > 0)
+    return 2 * np.pi * kin.position / pitch, np.asarray(passed)
 
 
 def amplitude_and_phase(parameters: dict[str, Parameter]) -> dict[str, Parameter]:

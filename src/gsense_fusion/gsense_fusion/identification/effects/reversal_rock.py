@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gsense_fusion.identification.effects.base import Drivers, TemplateSpec, spec
 from gsense_fusion.identification.effects.reversals import rock_angle, rock_rate
 from gsense_fusion.identification.effects.turning import TrueTurn
@@ -26,6 +28,9 @@ class ReversalRock(TrueTurn):
         return (edges[1:] + edges[:-1]) / 2
 
     def rate(self, drivers: Drivers) -> FloatArray:
-        """Rate of the turn, averaged over each sample's interval."""
+        """Rate of the turn, averaged over each sample's interval, as the gyro's filter leaves it."""
         kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
-        return rock_rate(drivers.time, kin.position, kin.velocity, width)
+        rate = rock_rate(drivers.time, kin.position, kin.velocity, width)
+        if drivers.response is None:
+            return rate
+        return drivers.response.passed(rate, 1.0 / float(np.median(np.diff(drivers.time))))
