@@ -122,7 +122,7 @@ def test_the_campaign_can_make_what_is_asked_for_next(name: str) -> None:
         (["--fit", "BAG", "--sensor", "nose"], "no sensor 'nose' in this bag; IMU topics there: /mpu6050/imu/data_raw"),
         (["--fit", "BAG", "--held-out", "BAG"], "a run that is fitted cannot judge"),
         (["--fit", "BAG", "BAG"], "named twice"),
-        (["--fit", "BAG", "--declared", "luck"], "--declared luck: no such effect; known are belt_tilt,"),
+        (["--fit", "BAG", "--declared", "luck"], "--declared luck: no such effect; known are "),
         (["--fit", "BAG", "--latitude", "50"], "belong together"),
         (["--fit", "BAG", "--latitude", "500", "--rail-azimuth", "0"], "degrees from -90 to 90"),
         (["--fit", "BAG", "--effects", "/nowhere/mine.py"], "/nowhere/mine.py: not a Python file"),
