@@ -6,11 +6,18 @@ import os
 from collections.abc import Iterator
 
 import pytest
+from hypothesis import HealthCheck, settings
 from tests.domains import own_domain
 
 # As the packages do, before numpy loads its BLAS: on small matrices its threads only spin against one another.
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
+
+# A loaded machine is no failure.
+settings.register_profile(
+    "gsense", parent=settings.default, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("gsense")
 
 SLOW = (
     "tests/graph/",

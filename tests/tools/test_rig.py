@@ -19,7 +19,7 @@ def rig(*arguments: str, **environment: str) -> subprocess.CompletedProcess[str]
         text=True,
         env=os.environ | environment,
         check=False,
-        timeout=100,
+        timeout=280,
     )
 
 
