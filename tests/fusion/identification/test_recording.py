@@ -217,3 +217,11 @@ def test_no_accelerometer_leaves_the_clocks_undecided() -> None:
     base = replace(BASE, chain=ChainParameters(rate_hz=25.0, filter_hz=9.0), temperature_topic=False)
     result = analyse(changed(made(base=base), deaf), SETTINGS)
     assert any(u.startswith("clock_skew could not be decided") for u in result.undecided), result.undecided
+
+
+def test_at_25_hz_the_mains_could_not_be_decided_and_the_supply_says_which_run_would() -> None:
+    base = replace(BASE, chain=ChainParameters(rate_hz=25.0, filter_hz=9.0, clock_ppm=0.0), temperature_topic=False)
+    result = analyse(made(base=base), SETTINGS)
+    assert any(u.startswith("line_tone at 50 Hz could not be decided") for u in result.undecided), result.undecided
+    assert any(u.startswith("temperature_bias") for u in result.undecided)
+    assert any("supply_toggled" in u for u in result.undecided if u.startswith("supply_voltage"))

@@ -34,6 +34,9 @@ from gsense_fusion.identification.selection import Selection, refinement_varianc
 from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 
+MAINS_HZ = (50.0, 60.0)
+DRIFT_LIKE_HZ = 0.1
+"""A tone that the sampling folds below this is no line."""
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
 BAND_ORDERS = 3.0
@@ -317,8 +320,20 @@ def _undecided(a: Analysis) -> tuple[str, ...]:
             "no accelerometer: the rail is taken to lie along the sensor's x axis, z up and unturned, and how late the "
             "gyro is against the encoder is unknown; record an IMU of the same board beside it"
         )
+    out += [_folded_mains(mains, a.campaign.rate_hz) for mains in MAINS_HZ if _near_zero(mains, a.campaign.rate_hz)]
     out.append("gyro scale, misalignment and lever arms cannot be seen while the true rate is zero")
     return tuple(out)
+
+
+def _near_zero(frequency_hz: float, rate_hz: float) -> bool:
+    return abs((frequency_hz + rate_hz / 2) % rate_hz - rate_hz / 2) < DRIFT_LIKE_HZ
+
+
+def _folded_mains(frequency_hz: float, rate_hz: float) -> str:
+    return (
+        f"line_tone at {frequency_hz:g} Hz {UNDECIDED}: at {rate_hz:.1f} samples a second the mains folds to nearly "
+        "zero and looks like drift; record at another rate"
+    )
 
 
 def _ranking(selection: Selection, full: Fit) -> tuple[Ranked, ...]:

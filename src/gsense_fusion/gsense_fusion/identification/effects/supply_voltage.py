@@ -27,9 +27,10 @@ class SupplyVoltage(Effect):
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the supply voltage, and the temperature or a toggled supply."""
         if drivers.supply is None:
-            return "no battery topic"
+            return "no battery topic; record the cell's voltage, and toggle the supply at rest (supply_toggled)"
         if drivers.temperature is None and float(np.ptp(drivers.supply)) < TOGGLED_V:
-            return "no temperature topic, and a warm-up looks like a cell that discharges; toggle the supply"
+            alike = "a warm-up looks like a cell that discharges"
+            return f"no temperature topic, and {alike}; toggle the supply at rest (supply_toggled)"
         return None
 
     def design(self, drivers: Drivers) -> FloatArray:
