@@ -23,6 +23,9 @@ from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntA
 FAMILY_ALPHA = 0.004
 FAMILIES = 6
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
+LINE_REACH = 3
+"""Bins to either side that a line may reach; the level of the noise comes from those up to `LEVEL_REACH`."""
+LEVEL_REACH = 25
 MODEL_ERROR = 0.02
 """The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
 
@@ -173,10 +176,14 @@ def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
     threshold = np.log(looks / alpha)
     out = []
     for w in moving:
-        for i, axis in zip(*np.nonzero((w.power > threshold) & w.away_from_orders()[:, None]), strict=True):
-            power = float(w.power[i, axis])
-            p = float(min(1.0, looks * np.exp(-power)))
-            out.append(Line(p, float(w.frequency[i]), int(axis), _amplitude(w, int(i), int(axis), power)))
+        away = w.away_from_orders()
+        level, known = _beside(w.power * away[:, None], away.astype(float))
+        # exponential ordinates over a level from m others: the tail (1 + x/m)^-m, put back on the scale of exp(-x)
+        calibrated = known[:, None] * np.log1p(w.power / level / known[:, None])
+        for i, axis in zip(*np.nonzero((calibrated > threshold) & away[:, None]), strict=True):
+            p = float(min(1.0, looks * np.exp(-calibrated[i, axis])))
+            amplitude = _amplitude(w, int(i), int(axis), float(w.power[i, axis]))
+            out.append(Line(p, float(w.frequency[i]), int(axis), amplitude))
     return out
 
 
@@ -194,7 +201,9 @@ def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
         total += w.power[at] * usable[:, None]
         count += usable
         nearest.append((w, at))
-    p = np.asarray(chi2.sf(2 * total, 2 * np.maximum(count, 1)[:, None]))
+    level, known = _beside(total, count)
+    mean = total / np.maximum(count, 1)[:, None]
+    p = np.asarray(fisher.sf(mean / level, 2 * np.maximum(count, 1)[:, None], 2 * known[:, None]))
     looks = int((count > 1).sum()) * 3
     out = []
     for i, axis in zip(*np.nonzero((p < alpha / max(1, looks)) & (count > 1)[:, None]), strict=True):
@@ -203,6 +212,28 @@ def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
         amplitude = _amplitude(w, int(at[i]), int(axis), max(excess, 0.0))
         out.append(Line(float(min(1.0, looks * p[i, axis])), float(coarse.frequency[i]), int(axis), amplitude))
     return out
+
+
+def _beside(total: FloatArray, count: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Level of the noise beside each bin, never under one, and from how many ordinates it is known.
+
+    The spectrum from some minutes of rest is off by a fifth here and there; many windows together would make it a line.
+
+    Args:
+        total: Sum of the windows' powers in each bin, shape (m, 3).
+        count: Number of windows that reach it, shape (m,).
+
+    """
+    m = len(count)
+    both = np.concatenate([np.zeros((1, 4)), np.cumsum(np.column_stack([total, count]), axis=0)])
+
+    def around(bins: int) -> FloatArray:
+        at = np.arange(m)
+        return np.asarray(both[np.minimum(at + bins + 1, m)] - both[np.maximum(at - bins, 0)])
+
+    near = around(LEVEL_REACH) - around(LINE_REACH)
+    known = np.maximum(near[:, 3], 1.0)
+    return np.maximum(near[:, :3] / known[:, None], 1.0), known
 
 
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
