@@ -74,10 +74,10 @@ def test_felt_is_the_derivative_of_exact_rotations(effect: RailCurvature | Visco
         if effect.along_path:  # the velocity stays along the carriage's own x axis
             acceleration = attitude.apply(ahead) * kin.acceleration[:, None]
             acceleration += np.cross(np.eye(3)[axis] * small, ahead) * (kin.velocity**2)[:, None]
-        else:
-            acceleration = ahead * kin.acceleration[:, None]
+        else:  # gravity alone
+            acceleration = np.zeros((len(turn), 3))
         force = attitude.inv().apply(acceleration + gravity)
-        still = ahead * kin.acceleration[:, None] + gravity
+        still = ahead * (kin.acceleration[:, None] * effect.along_path) + gravity
         assert felt[:, :, axis] == pytest.approx((force - still) @ mount.T / small, abs=1e-3)
 
 

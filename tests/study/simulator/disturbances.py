@@ -152,6 +152,12 @@ def belt_lever(scene: Scene, size: float) -> Array:
     return np.outer(size / 10.0 * lfilter(num[0], den, scene.travel.acceleration), scene.direction)
 
 
+def drag_lever(scene: Scene, size: float) -> Array:
+    """Grease drags below the centre of mass and thins a little with speed. Size in rad at 1 m/s."""
+    v = scene.travel.velocity
+    return np.outer(size * 20.0 * np.arcsinh(v / 20.0), scene.direction)
+
+
 def teeth(scene: Scene, size: float) -> Array:
     """A ripple of 5.08 mm with a second harmonic: the angle that makes a rate of the size in rad/s at 0.1 m/s."""
     k = 2 * np.pi / 5.08e-3
@@ -180,6 +186,7 @@ MECHANISMS: dict[str, Callable[[Scene, float], Array]] = {
 TURNS: dict[str, Callable[[Scene, float], Array]] = {
     "bearing_play": bearing_play,
     "belt_lever": belt_lever,
+    "drag_lever": drag_lever,
     "teeth": teeth,
 }
 """How each truly turns the carriage, rad about the carriage's axes: the gyro sees the rate, gravity tilts."""

@@ -13,6 +13,7 @@ from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.claims import survives
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.felt_words import felt_notes, hidden_tilt
 from gsense_fusion.identification.interval import template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
@@ -76,6 +77,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         undecided=_undecided(a),
         notes=tuple(n for n in a.notes if UNDECIDED not in n)
         + a.claims.notes
+        + tuple(felt_notes(a))
         + tuple(n for c in a.clean for n in c.notes),
         ranking=_ranking(a.selection, full),
         plots=_plots(a, traces),
@@ -313,7 +315,7 @@ def _undecided(a: Analysis) -> tuple[str, ...]:
     if len(mounts) == 1:
         out.append(
             "the board was mounted one way: only the column of G along the motion is identified, and a true tilt that "
-            "follows velocity hides in it; turn the board by 180 degrees"
+            f"follows velocity {hidden_tilt(a)}; turn the board by 180 degrees"
         )
     if any(r.mounting is NOMINAL for r in a.campaign.runs):
         out.append(

@@ -25,6 +25,7 @@ from gsense_fusion.identification.mounting import (
     run_geometry,
 )
 from gsense_fusion.identification.noise import Response
+from gsense_fusion.identification.turned_delays import without_turns
 from gsense_fusion.identification.types import FloatArray, Role
 
 TEMPERATURE_REFERENCE = 25.0
@@ -103,6 +104,7 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
     """Find motion, mountings and the encoder's delay."""
     motions = [None if r.pose is None or r.pose_time is None else CarriageMotion(r.pose_time, r.pose) for r in runs]
     geometry = [run_geometry(r, m) for r, m in zip(runs, motions, strict=True)]
+    geometry = without_turns(geometry, [None if m is None else m.angular_frequency for m in motions])
     with_rig = [i for i, m in enumerate(motions) if m is not None]
     mountings, member = find_mountings([geometry[i] for i in with_rig])
     number = dict(zip(with_rig, member, strict=True))

@@ -187,13 +187,13 @@ def _reduce(data: RunData, source: DriverSource, noise: Mapping[int, NoiseModel]
         further = projection.derivative(further)
         series.append(further * tau**k)
     stretch = projection.derivative(projection.derivative(direction))
-    squares = [projection.of(kin.acceleration**2)]
+    squares = [projection.of(kin.acceleration**2), projection.of(kin.acceleration * kin.velocity)]
     nuisance = np.stack([a, jerk, *squares, direction, stretch, *series], axis=1)
     turning = np.stack([s, v, projection.of(kin.position**2), projection.of(kin.velocity**2)], axis=1)
     return _FeltRun(data, data.mounting.along, projection, sigma, rest, nuisance, turning)
 
 
-FLAT = 5
+FLAT = 6
 """The first columns of the nuisance have no prior: scale and misalignment, delay, squares, direction, stretch."""
 
 

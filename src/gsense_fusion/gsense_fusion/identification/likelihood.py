@@ -18,8 +18,8 @@ from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, 
 from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaign
 
 IDENTIFIED_PART = 0.3
-FELT_CLEARLY = 25.0
-"""Squared ratio of an estimate to its standard error from which the accelerometer's word alone identifies it."""
+FELT_IDENTIFIES = 1e-3
+"""Information in plausible sizes from which the accelerometer's word identifies a direction: 30 of them."""
 DRIFT_ROUNDS = 3
 MIN_REST_BLOCKS = 8
 
@@ -61,7 +61,7 @@ def solve(
         index: Columns to use, shape (k,).
         plausible: Plausible size of every column's parameter, shape (P,).
         felt: The accelerometer's part of `gram`. A direction that it tells about counts as identified where the
-            parameter differs from zero clearly, however plausible that is: no error of a mounting imitates it.
+            parameter's error is large beside what is plausible: no error of a mounting imitates it.
 
     Returns:
         Coefficients (k,), covariance (k, k) and rank.
@@ -75,8 +75,7 @@ def solve(
     good = values > 1.0 / IDENTIFIED_PART**2
     if felt is not None:
         own = np.sum(vectors * (felt.xx[np.ix_(index, index)] * scale @ vectors), axis=0)
-        clear = (vectors.T @ (unit * gram.xy[index])) ** 2 > FELT_CLEARLY * np.maximum(values, 1e-300)
-        good |= (own > 0.5 * values) & clear & (values > 1e-6)
+        good |= (own > 0.5 * values) & (values > FELT_IDENTIFIES)
     inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
     part = unit * (inverse @ (unit * gram.xy[index]))
     covariance = (inverse + vectors[:, ~good] @ vectors[:, ~good].T) * unit[:, None] * unit[None]

@@ -41,8 +41,9 @@ class TrueTurn(Effect):
     def felt(self, drivers: Drivers) -> FloatArray | None:
         """Change of the specific force by turns about the rail's axes, shape (n, 3, 3).
 
-        In the turned carriage a force f is f - theta x f. Along a bent path the carriage's own x axis stays tangent, so
-        its acceleration along the rail is not turned; that towards the centre of the bend, (theta' x e_x) v^2, is new.
+        In the turned carriage gravity's reaction g is g - theta x g. Along a bent path the carriage's own x axis stays
+        tangent; the acceleration towards the centre of the bend, (theta' x e_x) v^2, is new. Off the path the turned
+        acceleration is a product of motions, which levers and the sensor's own squares make too: not used.
         """
         mounting, kin = drivers.mounting, drivers.kinematics
         if mounting is None or mounting.along is None or mounting.sensor_from_rail is None:
@@ -52,7 +53,6 @@ class TrueTurn(Effect):
         out = np.empty((len(angle), 3, 3))
         for i, axis in enumerate(mounting.sensor_from_rail.T):
             out[:, :, i] = -angle[:, None] * np.cross(axis, gravity)
-            sideways = np.cross(axis, mounting.along)
-            with_path = self.rate(drivers) * kin.velocity if self.along_path else -angle * kin.acceleration
-            out[:, :, i] += with_path[:, None] * sideways
+            if self.along_path:
+                out[:, :, i] += (self.rate(drivers) * kin.velocity)[:, None] * np.cross(axis, mounting.along)
         return out
