@@ -12,6 +12,7 @@ from gsense_fusion.identification import plotdata
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.claims import survives
+from gsense_fusion.identification.curves import fitted_curves
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.felt_words import felt_notes, hidden_tilt
 from gsense_fusion.identification.interval import template_stderr
@@ -353,6 +354,9 @@ def _plots(a: Analysis, traces: Sequence[AttitudeTrace]) -> Plots:
         slow=plotdata.slow_trace(a),
         poses=plotdata.pose_scatter(a),
         attitude=plotdata.worst_attitude(traces),
-        recorded={n: r.curve for n, r in a.seen.readings.items() if r.curve is not None},
+        curves={
+            **fitted_curves(a, plotdata.moving(a)),
+            **{n: r.curve for n, r in a.seen.readings.items() if r.curve is not None},
+        },
         **plotdata.spectra(a),
     )

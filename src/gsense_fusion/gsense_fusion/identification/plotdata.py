@@ -43,7 +43,8 @@ def per_run(a: Analysis) -> tuple[RunErrors, ...]:
     return tuple(sorted(out, key=lambda e: e.angular_frequency or 0.0))
 
 
-def _moving(a: Analysis) -> list[tuple[Held, RunData, Window]]:
+def moving(a: Analysis) -> list[tuple[Held, RunData, Window]]:
+    """Held-out windows in steady motion."""
     return [
         (fold, data, w)
         for fold in a.folds
@@ -54,12 +55,12 @@ def _moving(a: Analysis) -> list[tuple[Held, RunData, Window]]:
 
 
 def _fastest(a: Analysis) -> tuple[Held, RunData, Window] | None:
-    return max(_moving(a), key=lambda x: x[1].motion.angular_frequency or 0.0, default=None)  # type: ignore[union-attr]
+    return max(moving(a), key=lambda x: x[1].motion.angular_frequency or 0.0, default=None)  # type: ignore[union-attr]
 
 
 def orders(a: Analysis) -> OrderSpectrum | None:
     """Residual amplitude at half-orders of the drive before and after."""
-    runs = [data for _, data, _ in _moving(a)]
+    runs = [data for _, data, _ in moving(a)]
     if not runs:
         return None
     amplitude = []

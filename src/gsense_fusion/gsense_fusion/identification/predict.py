@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gsense_fusion.identification.campaign import DriverSource, RunData
-from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
 from gsense_fusion.identification.likelihood import Fit
 from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import FloatArray, Owner
@@ -51,6 +51,30 @@ class Predictor:
             kept = self._columns.index(frozenset(e.name for e in self._effects if e.owner in owners))
             coefficients = np.where(np.isin(np.arange(self._columns.total), kept), coefficients, 0.0)
         return predicted(self._effects, self._source, data, model.templates, coefficients)
+
+    def part(
+        self, data: RunData, model: Prediction, names: frozenset[str], searched: Sequence[TemplateSpec]
+    ) -> FloatArray:
+        """What some effects add to the predicted rate, rad/s, shape (n, 3): by their columns, or by a delay alone.
+
+        Args:
+            data: The run.
+            model: The model that has them.
+            names: The effects.
+            searched: Their searched parameters; those by which an effect exists take their defaults without it.
+
+        """
+        own = np.isin(np.arange(self._columns.total), self._columns.index(names))
+        templates = model.templates
+        for t in searched:
+            templates = templates.set(t.field, t.default) if t.owns_effect else templates
+        without = replace(
+            model,
+            beta=np.where(own, 0.0, model.beta),
+            templates=templates,
+            alignment={m: np.where(own, 0.0, delta) for m, delta in model.alignment.items()},
+        )
+        return np.asarray(self.rate(data, model) - self.rate(data, without))
 
     def without(self, data: RunData, model: Prediction) -> FloatArray:
         """Measured minus predicted rate, bias still in it, shape (n, 3)."""

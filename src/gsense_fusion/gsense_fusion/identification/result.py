@@ -174,8 +174,8 @@ class Plots:
     spectrum_hz: FloatArray | None = None
     spectrum: Mapping[str, FloatArray] = field(default_factory=dict)
     """Amplitude spectral densities in rad/s/sqrt(Hz) at `spectrum_hz`, axes summed: declared, full, noise."""
-    recorded: Mapping[str, Curve] = field(default_factory=dict)
-    """Fitted curves of findings that the recording itself shows, by effect."""
+    curves: Mapping[str, Curve] = field(default_factory=dict)
+    """Fitted curves of the findings over their data, by effect."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.figure import Figure as Drawing
 
 from gsense_fusion.identification.result import LoopResult, PoseScatter
-from gsense_fusion.report.figures import drive, recorded, still, vertical
+from gsense_fusion.report.figures import drive, fitted, still, vertical
 from gsense_fusion.report.figures.canvas import STYLE, Figure, Models, to_svg
 from gsense_fusion.report.words import has_motion
 
@@ -43,7 +43,7 @@ def _entries(result: LoopResult) -> Iterator[_Entry]:
     yield from _errors(result, ("raw", *models))
     if not moving:
         yield from _poses(result, ("raw", *models))
-    yield from _recorded(result)
+    yield from _curves(result)
     yield from _locked(result, models)
     yield from _slow(result, models)
     if moving:
@@ -67,10 +67,10 @@ def _errors(result: LoopResult, models: Models) -> Iterator[_Entry]:
         yield _Entry("per_run", "Error of every held-out run", text, lambda: drive.per_run(errors, models))
 
 
-def _recorded(result: LoopResult) -> Iterator[_Entry]:
-    """Curves of findings that the recording itself shows."""
-    for name, data in result.plots.recorded.items():
-        draw = partial(recorded.curve, data)
+def _curves(result: LoopResult) -> Iterator[_Entry]:
+    """Each finding's fitted curve over its data."""
+    for name, data in result.plots.curves.items():
+        draw = partial(fitted.curve, data)
         yield _Entry(name, f"{name}: data and fitted curve", data.how_to_read, draw)
 
 

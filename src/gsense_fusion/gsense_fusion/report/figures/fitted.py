@@ -1,4 +1,4 @@
-"""Fitted curves of what the recording itself shows: clocks, lost samples, steps, magnetometer."""
+"""A finding's fitted curve over its data."""
 
 from __future__ import annotations
 
