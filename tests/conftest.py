@@ -20,6 +20,9 @@ settings.register_profile(
 settings.load_profile("gsense")
 
 SLOW = (
+    "tests/fusion/identification/test_curves.py",
+    "tests/fusion/identification/test_invariance.py",
+    "tests/firmware/test_emulator_core.py",
     "tests/graph/",
     "tests/firmware/test_faults.py",
     "tests/firmware/test_host_board.py",

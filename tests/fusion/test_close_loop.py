@@ -99,6 +99,7 @@ def test_files_and_schema(bags: list[str], tmp_path: Path, capsys: pytest.Captur
     assert yaml.safe_load((out / "compensation.yaml").read_text())["schema"] == "gsense-compensation/1"
 
 
+@pytest.mark.slow
 def test_without_the_effect_its_likeness_is_found(bags: list[str], tmp_path: Path) -> None:
     assert main(["--fit", *bags[:4], "--held-out", bags[4], "--out", str(tmp_path)]) == 0
     report = json.loads((tmp_path / "report.json").read_text())

@@ -58,6 +58,7 @@ def test_a_walk_that_runs_in_motion_stands_still_at_rest() -> None:
     assert walk[resting[0], resting[0]] == pytest.approx(blocks.duration[blocks.run == 1].sum())
 
 
+@pytest.mark.slow
 def test_a_bias_that_wanders_in_motion_is_a_finding_and_one_that_wanders_always_is_none() -> None:
     case = Case("single", ("creep",), 4000.0, 4, 25.0)
     result = analyse(simulate(with_disturbances(case)))

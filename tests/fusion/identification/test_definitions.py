@@ -9,6 +9,7 @@ from tests.study.reference import held_out_rms, measured_rates
 from .sessions import BASE, BOW, TEMPERATURE, G, analysed, made
 
 
+@pytest.mark.slow
 def test_raw_is_the_bias_alone() -> None:
     session = made(TEMPERATURE, BOW)
     assert analysed(TEMPERATURE, BOW).rate_rms.raw == pytest.approx(

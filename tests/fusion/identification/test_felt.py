@@ -81,6 +81,7 @@ def test_felt_is_the_derivative_of_exact_rotations(effect: RailCurvature | Visco
         assert felt[:, :, axis] == pytest.approx((force - still) @ mount.T / small, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_bowed_rail_is_no_pick_up() -> None:
     a = _analysis(Disturbance("rail_curvature", 0.13 * DEG))
     assert _rivals(a) == {"rail_curvature": []}

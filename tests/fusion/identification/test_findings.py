@@ -111,6 +111,7 @@ LIKE_A_DELAY = ("jerk_coupling", "belt_tilt", "g_resonance")
 """To first order a delay of G f is the jerk: without it in the catalogue these take its place, and rightly so."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("removed", "with_it"), [(BOW, ("speed_pickup",)), (LATE, LIKE_A_DELAY)], ids=["rail_curvature", "time_offset"]
 )

@@ -110,6 +110,7 @@ def test_no_magnetometer_says_nothing() -> None:
     assert not found.undecided
 
 
+@pytest.mark.slow
 def test_in_the_report_it_changes_no_rate_and_compensates_nothing() -> None:
     result = analyse(simulate(replace(BASE, magnetics=STEEL)), SETTINGS)
     assert names(result) == ["mag_position"], result.unexplained

@@ -108,6 +108,7 @@ def test_a_skew_is_found_and_taken_out(ppm: float, anew: bool) -> None:
     assert campaign.delay.value == pytest.approx(true.delay.value, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_a_skew_leaves_the_other_findings_alone() -> None:
     result = analyse(skewed(made(BOW), 300.0), SETTINGS)
     assert result.verdict == "effects_found", result.unexplained
