@@ -106,6 +106,17 @@ def test_a_jump_of_board_time_that_nobody_announced_is_found():
     assert clock.host_ns(clock.unwrap(board_us, arrival_ns)) == pytest.approx(arrival_ns, abs=1e5)
 
 
+def test_a_host_that_is_busy_for_seconds_is_no_jump_of_the_boards_time():
+    def busy(t, rng):
+        spell = (t > 20.0) & (t < 28.0)
+        return np.where(spell, 0.15 + 0.4 * np.abs(np.sin(t)), 0.0) + rng.exponential(1e-4, t.size)
+
+    _, errors, clock = simulate(busy, 40.0)
+    assert clock.steps == 0
+    settled = errors[~np.isnan(errors)][5 * RATE :]
+    assert np.ptp(settled) < 1e-3  # the stamps run on as if nothing had been
+
+
 def test_a_crystal_far_off_is_learnt():
     true, errors, clock = simulate(usb_polls, 60.0, skew=800e-6)
     assert clock.skew_ppm == pytest.approx(800, abs=10)

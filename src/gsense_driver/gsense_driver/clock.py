@@ -36,7 +36,9 @@ class ClockSettings:
     noise_s: float = 1e-4  # a bin's minimum stands at least this far above the envelope on average
     near_share: float = 0.5  # of the bins, the earliest: they tell how far on average; the others may be outliers
     late_step_s: float = 0.1  # bins that all stay this late ...
-    late_step_after_s: float = 2.0  # ... for this long mean that the board's time jumped
+    late_step_after_s: float = 2.0  # ... for this long mean that the board's time jumped ...
+    late_steady_s: float = 0.05  # ... if they differ by less than this: a busy host is late by ever other times
+    late_step_anyway_s: float = 20.0  # ... or, however late each, for this long
     early_step_s: float = 0.25  # a frame this early cannot be: the board's time jumped
 
 
@@ -68,6 +70,7 @@ class BoardClock:
         self._bin_best: tuple[float, float] | None = None
         self._bin_residual = 0.0
         self._late_since: float | None = None  # of arrivals
+        self._late_least = self._late_most = 0.0  # s, of the late bins since
 
     @property
     def fixed(self) -> bool:
@@ -153,11 +156,22 @@ class BoardClock:
             self._points.append(self._bin_best)
         self._next_bin(x)
         if late:
-            self._late_since = arrival if self._late_since is None else self._late_since
-            return arrival - self._late_since >= settings.late_step_after_s  # after a stall all comes at once
+            return self._late_for_good(arrival)
         self._late_since = None
         self._fit(x)
         return False
+
+    def _late_for_good(self, arrival: float) -> bool:
+        """Take a late bin; True where such bins came for so long and so evenly that the board's time must have jumped."""
+        settings = self.settings
+        if self._late_since is None:
+            self._late_since = arrival
+            self._late_least = self._late_most = self._bin_residual
+        self._late_least = min(self._late_least, self._bin_residual)
+        self._late_most = max(self._late_most, self._bin_residual)
+        waited = arrival - self._late_since  # of arrivals: after a stall all comes at once
+        steady = self._late_most - self._late_least < settings.late_steady_s
+        return waited >= (settings.late_step_after_s if steady else settings.late_step_anyway_s)
 
     def _fit(self, now: float) -> None:
         settings = self.settings
