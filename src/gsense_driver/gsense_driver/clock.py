@@ -162,7 +162,7 @@ class BoardClock:
         return False
 
     def _late_for_good(self, arrival: float) -> bool:
-        """Take a late bin; True where such bins came for so long and so evenly that the board's time must have jumped."""
+        """Take a late bin; True where such bins came for so long and so evenly that the board's time jumped."""
         settings = self.settings
         if self._late_since is None:
             self._late_since = arrival
