@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import threading
 import time
@@ -24,6 +23,7 @@ from std_srvs.srv import Trigger
 
 from gsense_rig import drive_file, rig_messages, rig_settings
 from gsense_rig.control.tuning import TuneError, identify
+from gsense_rig.ending import Ending
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.loop.admission import refuse_motion
 from gsense_rig.loop.client import LoopGone, LoopProcess
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 _REPLY_TIMEOUT = 5.0  # s; the loop answers within a period, a loaded machine takes longer
 _HOMING_TIMEOUT = 60.0  # s
+_START_TIMEOUT = 60.0  # s until the loop must tick
 _MOTION_TIMEOUT = 60.0  # s; parking takes 2, tuning 11
 _STATE_EVERY = 4  # poses to one state: 50 Hz
 
@@ -201,15 +202,14 @@ def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda _number, _frame: ended.set())
+    Ending(ended)
     code = 0
     node = None
     try:
         node = RigNode(ended)
-        node.loop.wait_ready()
-        node.serve()
-        code = _spin(node, ended)
+        if _ready(node, ended):
+            node.serve()
+            code = _spin(node, ended)
     except (HardwareError, FutureTimeout) as error:
         print(f"rig: {error or 'the loop did not start in time'}", file=sys.stderr)  # noqa: T201
         code = 2
@@ -220,6 +220,20 @@ def main() -> None:
         node.destroy_node()
     rclpy.try_shutdown()
     sys.exit(code)
+
+
+def _ready(node: RigNode, ended: threading.Event) -> bool:
+    """Wait for the loop; False where the node is told to end before."""
+    patience = time.monotonic() + _START_TIMEOUT
+    while not ended.is_set():
+        try:
+            node.loop.wait_ready(0.2)
+        except FutureTimeout:
+            if time.monotonic() > patience:
+                raise
+        else:
+            return True
+    return False
 
 
 def _spin(node: RigNode, ended: threading.Event) -> int:
