@@ -279,6 +279,8 @@ def main(args: list[str] | None = None) -> int:
         print(f"bridge: {error}", file=sys.stderr)  # noqa: T201 - there is no node to log by
         return 2
     finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)  # while the interpreter ends, it would be the default again
         if node is not None:
             node.close()
             node.destroy_node()

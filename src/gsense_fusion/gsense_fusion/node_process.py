@@ -50,6 +50,8 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
     except ExternalShutdownException:
         return 0
     finally:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)  # while the interpreter ends, it would be the default again
         if node is not None:
             node.destroy_node()
         rclpy.try_shutdown()

@@ -32,6 +32,11 @@ class Ending:
             signal.signal(number, lambda *_: None)
         threading.Thread(target=self._await, name="ending", daemon=True).start()
 
+    def over(self) -> None:
+        """Ignore further signals: while the interpreter ends, they would have their default again."""
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_IGN)
+
     def _await(self) -> None:
         asked = False
         while not asked:  # any signal with a Python handler fills the pipe

@@ -51,6 +51,8 @@ def main() -> int:
         print(f"record: {error}", file=sys.stderr)
         return 2
     _spin(node, stop)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)  # while the interpreter ends, it would be the default again
     summary = node.finish()
     _report(summary, node)
     node.destroy_node()

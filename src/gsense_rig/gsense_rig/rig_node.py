@@ -202,7 +202,7 @@ def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    Ending(ended)
+    ending = Ending(ended)
     code = 0
     node = None
     try:
@@ -215,6 +215,7 @@ def main() -> None:
         code = 2
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    ending.over()
     if node is not None:
         node.loop.close()
         node.destroy_node()
