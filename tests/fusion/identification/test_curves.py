@@ -26,7 +26,9 @@ def test_a_finding_has_its_curve_over_its_data(disturbance: Disturbance, effect:
     assert np.all(np.diff(curve.x) > 0)
     assert curve.measured.shape == curve.fitted.shape == (len(curve.x), 3)
     axis = int(np.argmax(np.ptp(curve.fitted, axis=0)))
-    assert np.corrcoef(curve.measured[:, axis], curve.fitted[:, axis])[0, 1] > 0.6
+    assert np.corrcoef(curve.measured[:, axis], curve.fitted[:, axis])[0, 1] > (
+        0.6 if effect == "time_offset" else 0.85
+    )
     (drawn,) = (f for f in figures(result) if f.key == effect)
     assert drawn.title == f"{effect}: data and fitted curve"
     assert "the finding" in drawn.svg

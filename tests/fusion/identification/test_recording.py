@@ -171,10 +171,17 @@ def test_a_coarse_step_is_named_and_explains_what_it_makes() -> None:
     assert found.parameters["step"].value == pytest.approx(0.1 * DEG)
     alone = analyse(changed(made(), coarse(0.25)), SETTINGS)
     assert names(alone) == ["quantization"], alone.unexplained
-    fine = [analyse(changed(made(), coarse(step)), SETTINGS) for step in (0.025, 0.03, 0.035)]
-    assert [names(result) for result in fine] == [[], [], []]
-    # One may be a false alarm of another test: with these runs 0.03 is, "rectification" at a chance of 1.3e-4.
-    assert [result.verdict for result in fine].count("nothing_missing") >= 2
+
+
+FALSE_ALARM = pytest.mark.xfail(strict=True, reason="a false alarm not yet understood: rectification, chance 1.3e-4")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("step", [0.025, pytest.param(0.03, marks=FALSE_ALARM), 0.035])
+def test_a_step_as_fine_as_the_noise_is_nothing(step: float) -> None:
+    result = analyse(changed(made(), coarse(step)), SETTINGS)
+    assert names(result) == []
+    assert result.verdict == "nothing_missing", result.unexplained
 
 
 @pytest.mark.slow
