@@ -117,7 +117,7 @@ def _install(checkout: Checkout, found: ros.Ros, pins: str, name: str) -> None:
         return
     checkout.logs.mkdir(parents=True, exist_ok=True)
     log = checkout.logs / f"pip-{file.stem}.log"
-    command = [checkout.python, "-m", "pip", "install", "--no-deps", "--no-compile", "--no-input"]
+    command = [checkout.python, "-m", "pip", "install", "--no-deps", "--require-hashes", "--no-compile", "--no-input"]
     command += ["--disable-pip-version-check", "--progress-bar", "off", "-r", file]
     with step(f"{name}: {count} packages") as update:
         code = _run_logged([str(part) for part in command], log, update)

@@ -1,21 +1,26 @@
 """Makes runtime.txt, jazzy.txt and dev.txt (each package, transitive ones too, at one version) from the .in files.
 
 Usage: python3 lock.py PYTHON [PYTHON ...]     one interpreter of each supported version, 3.10 to 3.13
+       python3 lock.py --hashes                only the hashes of the pins that are there
 
-Each interpreter's own pip resolves the .in files; where the answers differ the line carries a marker.
+Each interpreter's own pip resolves the .in files; where the answers differ the line carries a marker. uv (`pip install uv`)
+adds the SHA-256 of every file that the index has of a version, so that the set-up takes the same bytes on any machine.
 """
 
 from __future__ import annotations
 
 import json
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
-HEADER = "# Made by lock.py from {source}; installed with --no-deps.\n"
+HEADER = "# Made by lock.py from {source}; installed with --no-deps --require-hashes.\n"
 JAZZY_PYTHON = "3.12"  # Ubuntu 24.04's
+OLDEST_PYTHON = "3.10"
 Pins = dict[str, str]  # normalised name -> exact version
 
 
@@ -54,8 +59,53 @@ def lines(answers: dict[str, Pins]) -> list[str]:
     return merged
 
 
+def hashed(pins: list[str], uv: str, *options: str) -> list[str]:
+    """The same requirement lines, each with the hashes of all files of its version."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder) / "pins.in", Path(folder) / "hashed.txt"
+        source.write_text("".join(pins), encoding="utf-8")
+        command = [uv, "pip", "compile", "--quiet", "--no-deps", "--generate-hashes", "--no-header", "--no-annotate"]
+        subprocess.run([*command, *options, str(source), "-o", str(target)], check=True)
+        joined = target.read_text(encoding="utf-8").replace("\\\n", " ").splitlines()
+    found = {_normal(line): re.findall(r"--hash=sha256:[0-9a-f]{64}", line) for line in joined}
+    lines = []
+    for pin in pins:
+        hashes = found[_normal(pin)]
+        if not hashes:
+            sys.exit(f"the index has no hash of {pin.strip()}")
+        lines.append(f"{pin.strip()} {' '.join(hashes)}\n")
+    return lines
+
+
+def _normal(line: str) -> str:
+    """NAME==VERSION of a requirement line, the name as indexes spell it."""
+    name, version = line.split()[0].split("==")
+    return f"{re.sub(r'[-_.]+', '-', name).lower()}=={version}"
+
+
+def write(name: str, pins: list[str], uv: str) -> None:
+    """Write NAME.txt with the pins and their hashes."""
+    of_one = ("--python-version", JAZZY_PYTHON)
+    options = of_one if name == "jazzy" else ("--universal", "--python-version", OLDEST_PYTHON)
+    text = HEADER.format(source=f"{name}.in") + "".join(hashed(pins, uv, *options))
+    (HERE / f"{name}.txt").write_text(text, encoding="utf-8")
+
+
+def pins_of(name: str) -> list[str]:
+    """The requirement lines of NAME.txt without their hashes."""
+    text = (HERE / f"{name}.txt").read_text(encoding="utf-8")
+    return [f"{line.split(' --hash', 1)[0]}\n" for line in text.splitlines() if not line.startswith("#")]
+
+
 def main() -> None:
     """Resolve for every interpreter named on the command line and write the files."""
+    uv = shutil.which("uv")
+    if uv is None:
+        sys.exit("no uv on the PATH: pip install uv")
+    if sys.argv[1:] == ["--hashes"]:
+        for name in ("runtime", "jazzy", "dev"):
+            write(name, pins_of(name), uv)
+        return
     runtime: dict[str, Pins] = {}
     both: dict[str, Pins] = {}
     jazzy: dict[str, Pins] = {}
@@ -74,8 +124,7 @@ def main() -> None:
         for python, pins in both.items()
     }
     for name, answers in (("runtime", runtime), ("jazzy", jazzy), ("dev", dev)):
-        text = HEADER.format(source=f"{name}.in") + "".join(lines(answers))
-        (HERE / f"{name}.txt").write_text(text, encoding="utf-8")
+        write(name, lines(answers), uv)
 
 
 if __name__ == "__main__":
