@@ -3,8 +3,8 @@
 Usage: python3 lock.py PYTHON [PYTHON ...]     one interpreter of each supported version, 3.10 to 3.13
        python3 lock.py --hashes                only the hashes of the pins that are there
 
-Each interpreter's own pip resolves the .in files; where the answers differ the line carries a marker. uv (`pip install uv`)
-adds the SHA-256 of every file that the index has of a version, so that the set-up takes the same bytes on any machine.
+Each interpreter's own pip resolves the .in files; where the answers differ the line carries a marker. uv adds the
+SHA-256 of every file that the index has of a version, so that the set-up takes the same bytes on any machine.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def hashed(pins: list[str], uv: str, *options: str) -> list[str]:
 
 def _normal(line: str) -> str:
     """NAME==VERSION of a requirement line, the name as indexes spell it."""
-    name, version = line.split()[0].split("==")
+    name, version = line.split(maxsplit=1)[0].split("==")
     return f"{re.sub(r'[-_.]+', '-', name).lower()}=={version}"
 
 
