@@ -117,7 +117,7 @@ static uint8_t transact(uint8_t command, const uint8_t *out, uint8_t *in, uint8_
     if (fake.in_receiver) {
         return nrf_chip_spi(&fake.air.receiver, fake.time_us * 1000u, command, out, in, length);
     }
-    if (command == NRF_W_TX_PAYLOAD) {
+    if (command == NRF_W_TX_PAYLOAD && out != NULL) {
         record(out);
     }
     advance_air();

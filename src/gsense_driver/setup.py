@@ -20,6 +20,7 @@ setup(
         (f"share/{PACKAGE}/config", ["config/bridge.yaml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "bridge = gsense_driver.bridge_node:main",

@@ -20,6 +20,7 @@ setup(
         (f"share/{PACKAGE}/config", ["config/fusion.yaml"]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "fusion = gsense_fusion.fusion_node:main",

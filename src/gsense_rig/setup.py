@@ -23,6 +23,7 @@ setup(
         (f"share/{PACKAGE}/launch", [f"launch/{name}.launch.xml" for name in ("demo", "rig", "analysis")]),
     ],
     zip_safe=False,
+    extras_require={"test": ["pytest"]},
     entry_points={
         "console_scripts": [
             "rig = gsense_rig.rig_node:main",

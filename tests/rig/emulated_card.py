@@ -237,8 +237,8 @@ class EmulatedPlace(CardPlace):
 
     card: EmulatedCard = None
 
-    def open(self):
-        return Windows(*(EmulatedWindow(self.card, k, w) for k, w in enumerate(super().open())))
+    def open(self, exclusive=False):
+        return Windows(*(EmulatedWindow(self.card, k, w) for k, w in enumerate(super().open(exclusive))))
 
 
 def emulated_rail(root, **options):
@@ -265,9 +265,9 @@ class LiveCard(EmulatedCard):
 class LivePlace(CardPlace):
     """For processes: each has a card of its own; what is in the registers they share, by the fake device's file."""
 
-    def open(self):
+    def open(self, exclusive=False):
         card = LiveCard(SimRail(seed=3, position=-0.1, time=time.monotonic()))
-        return Windows(*(EmulatedWindow(card, k, w) for k, w in enumerate(super().open())))
+        return Windows(*(EmulatedWindow(card, k, w) for k, w in enumerate(super().open(exclusive))))
 
 
 def page_of(root, index):

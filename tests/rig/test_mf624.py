@@ -51,6 +51,17 @@ def test_card_that_cannot_be_opened_or_mapped_is_one_clear_line(tmp_path):
             place.open()
 
 
+def test_one_loop_drives_a_card_and_its_guard_beside_it(tmp_path, monkeypatch):
+    monkeypatch.setattr("gsense_rig.exclusive.PATIENCE", 0.1)
+    place = make_tree(tmp_path)
+    windows = place.open(exclusive=True)
+    with pytest.raises(HardwareError, match="driven by another rig node"):
+        place.open(exclusive=True)
+    for window in (*place.open(), *windows):  # the guard's handle is no second loop
+        window.close()
+    place.open(exclusive=True)
+
+
 @pytest.mark.parametrize("raw_addresses", [False, True])
 def test_registers_lie_at_their_offsets_in_the_mapped_pages(tmp_path, raw_addresses):
     windows = make_tree(tmp_path, raw_addresses=raw_addresses).open()
@@ -157,7 +168,7 @@ def test_a_card_that_is_gone_or_stuck_is_a_hardware_error(tmp_path):
     with pytest.raises(HardwareError, match="conversion does not end"):
         rail.read()
     card.gone = True
-    for call in (rail.read, lambda: rail.write(OFF), spec.open):
+    for call in (rail.read, lambda: rail.write(OFF), lambda: spec.open_guarded(0)):
         with pytest.raises(HardwareError, match="all ones"):
             call()
 

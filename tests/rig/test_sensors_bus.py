@@ -70,7 +70,9 @@ def test_layout_and_ring(tmp_path: Path) -> None:
 
 def test_two_buses_one_path(tmp_path: Path) -> None:
     """The newer one has the path; closing the older one does not take it away."""
-    old, new = SensorBus(tmp_path / "bus"), SensorBus(tmp_path / "bus")
+    old = SensorBus(tmp_path / "bus")
+    (tmp_path / "bus").unlink()  # by somebody who tidies /tmp
+    new = SensorBus(tmp_path / "bus")
     old.close()
     assert (tmp_path / "bus").exists()
     new.close()
@@ -134,3 +136,34 @@ def test_a_call_of_the_live_feed_fits_into_a_control_period(tmp_path: Path) -> N
         costs.append(time.perf_counter() - begun)
     feed.close()
     assert np.median(costs) < 1e-3  # about 40 us on an idle machine
+
+
+def test_a_second_simulation_may_not_take_a_bus_that_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gsense_rig.exclusive.PATIENCE", 0.1)
+    path = tmp_path / "bus"
+    holder = subprocess.Popen(
+        [
+            sys.executable,
+            "-c",
+            (
+                "import sys; from pathlib import Path; from gsense_rig.sensors.bus import SensorBus\n"
+                "bus = SensorBus(Path(sys.argv[1])); print('ready', flush=True); sys.stdin.read()"
+            ),
+            str(path),
+        ],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    try:
+        assert holder.stdout is not None
+        assert holder.stdout.readline() == b"ready\n"
+        with pytest.raises(ValueError, match="another simulated rig that runs"):
+            SensorBus(path)
+        assert head(path)[0] == b"GSNSBUS1"
+    finally:
+        holder.kill()
+        holder.wait()
+    SensorBus(path)  # killed, it left its file behind: that is no owner

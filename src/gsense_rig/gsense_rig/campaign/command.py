@@ -1,7 +1,7 @@
 """`campaign PLAN --out DIR [--yes]`: the runs of a plan on the live rig.
 
 Uses the nodes that are running: rig, bridge (and what else publishes). With --yes the rig must be simulated; where none
-is running, the simulated graph is started, and ended at the end.
+is running, the simulated graph is started, and ended at the end. `--ros-args -r __ns:=/a` is the rig in namespace /a.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from types import FrameType
 
+from rclpy.utilities import remove_ros_args
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
@@ -37,7 +38,7 @@ _LISTEN = 5.0
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where plan or folder cannot be used; 1 where it stopped; 130 after Ctrl-C."""
-    options = _parser().parse_args(arguments)
+    options = _parser().parse_args(remove_ros_args(sys.argv if arguments is None else ["campaign", *arguments])[1:])
     signal.signal(signal.SIGTERM, _interrupt)
     begun = False
     try:
@@ -99,7 +100,7 @@ def _crew(options: argparse.Namespace, stack: ExitStack) -> LiveRig:
         return rig
     if not rig.hears_rig(_LISTEN):
         folder = Path(tempfile.mkdtemp(prefix="gsense-campaign-"))
-        graphs.append(SimulatedGraph(folder, tuple(options.effect)))
+        graphs.append(SimulatedGraph(folder, tuple(options.effect), namespace=rig.node.get_namespace()))
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.callback(graphs[0].close)
         Console(stderr=True).print("no rig is running: a simulated one was started", highlight=False)

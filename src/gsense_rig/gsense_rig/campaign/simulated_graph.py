@@ -16,23 +16,24 @@ _BOARD_PATIENCE = 30.0
 class SimulatedGraph:
     """Processes that end with `close`, or with this process. Raises CampaignError where one cannot be started."""
 
-    def __init__(self, folder: Path, effects: tuple[str, ...] = (), seed: int = 1) -> None:
-        """`folder` takes the logs, the sensor bus and the pseudo-terminal's link."""
+    def __init__(self, folder: Path, effects: tuple[str, ...] = (), seed: int = 1, namespace: str = "/") -> None:
+        """`folder` takes the logs, the sensor bus and the pseudo-terminal's link; `namespace`: of the nodes."""
         folder.mkdir(parents=True, exist_ok=True)
         bus, link = folder / "bus", folder / "tty"
         self._processes = Processes(folder, {**os.environ, "PYTHONUNBUFFERED": "1"})
+        place = ("-r", f"__ns:={namespace}")
         listed = ", ".join(f"'{effect}'" for effect in effects)
         parameters = {"hardware": "sim", "bus": str(bus), "seed": str(seed)}
         if effects:
             parameters["effects"] = f"[{listed}]"
         try:
-            self._processes.start("gsense_rig", "rig", *ros_arguments(parameters))
+            self._processes.start("gsense_rig", "rig", *ros_arguments(parameters), *place)
             board = self._processes.start(
                 "gsense_driver", "board", "--bus", str(bus), "--no-bench", "--link", str(link), pipe=True
             )
             _wait_for(board)
             unit = {"port": str(link), "unit_id": f"{UNIT}-{seed}"}
-            self._processes.start("gsense_driver", "bridge", *ros_arguments(unit))
+            self._processes.start("gsense_driver", "bridge", *ros_arguments(unit), *place)
         except DemoError as error:
             self._processes.close()
             raise CampaignError(str(error)) from error

@@ -7,11 +7,15 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+from gsense_msgs.msg import Topics
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, LivelinessPolicy, QoSProfile, ReliabilityPolicy
 from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, QosReliability, QosTime
 
 DEPTH = 4000
 """Samples that a subscription keeps: several seconds of every topic together, so that no stall loses one."""
+_SENSORS = (Topics.MPU6050, Topics.BNO055, Topics.LISY300)
+_NAMES = (Topics.LINK, Topics.BATTERY, Topics.RIG_POSE, Topics.RIG_STATE, Topics.RIG_JOINT_STATES, "robot_description")
+_TAILS = tuple(f"/{name}" for name in _NAMES)
 _NS = 1_000_000_000
 _FOREVER = QosTime(9223372036, 854775807)
 _FOREVER_NS = 9223372036854775807
@@ -19,21 +23,33 @@ _FOREVER_NS = 9223372036854775807
 
 @dataclass(frozen=True)
 class Wanted:
-    """Topics to record: all that are not hidden, or those named."""
+    """Topics to record: those named; else all that are not hidden and no other rig's.
+
+    In a namespace, topics that are called as this graph's are, under another prefix, are another rig's. Without a
+    namespace all are recorded: a recorder by the side of a rig in `/a` need not be told so.
+    """
 
     names: frozenset[str]
     """Resolved names; empty: all."""
+    namespace: str = "/"
+    """Of the recorder."""
 
     @classmethod
     def resolve(cls, node: Any, names: Sequence[str]) -> Wanted:
         """Names as given on the command line, resolved in the node's namespace."""
-        return cls(frozenset(node.resolve_topic_name(name) for name in names if name))
+        return cls(frozenset(node.resolve_topic_name(name) for name in names if name), node.get_namespace())
 
     def __contains__(self, name: object) -> bool:
         """Whether to record a topic."""
         if self.names:
             return name in self.names
-        return not any(part.startswith("_") for part in str(name).split("/"))
+        hidden = any(part.startswith("_") for part in str(name).split("/"))
+        return not hidden and not self._is_of_another_rig(str(name))
+
+    def _is_of_another_rig(self, name: str) -> bool:
+        if self.namespace == "/" or name.startswith(f"{self.namespace}/"):
+            return False
+        return name.endswith(_TAILS) or any(f"/{sensor}/" in name for sensor in _SENSORS)
 
 
 def message_class(msgtype: str) -> Any:

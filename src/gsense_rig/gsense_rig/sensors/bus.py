@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from gsense_rig.exclusive import own, release
 from gsense_rig.sensors.chip_config import BnoConfig, ChipConfig, MpuConfig
 from gsense_rig.sensors.layout import Registers
 
@@ -55,15 +56,25 @@ def images(registers: Registers, *, fused: bool) -> npt.NDArray[np.void]:
 
 
 class SensorBus:
-    """The writer's end. Creates the file under a temporary name and renames it, so that no reader sees half of it."""
+    """The writer's end. Creates the file under a temporary name and renames it, so that no reader sees half of it.
+
+    Raises:
+        ValueError: another simulation writes this file; one line.
+    """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        if _is_taken(path):
+            raise ValueError(
+                f"{path} is the sensor bus of another simulated rig that runs; give each rig its own, "
+                "by the parameter bus here and --bus at its board"
+            )
         temporary = path.with_name(f"{path.name}.{os.getpid()}")
-        with temporary.open("w+b") as file:
-            file.truncate(FILE_SIZE)
-            self._map = mmap.mmap(file.fileno(), FILE_SIZE)
-            self._inode = os.fstat(file.fileno()).st_ino
+        self._file = temporary.open("w+b")
+        own(self._file)
+        self._file.truncate(FILE_SIZE)
+        self._map = mmap.mmap(self._file.fileno(), FILE_SIZE)
+        self._inode = os.fstat(self._file.fileno()).st_ino
         self._map[0:8] = MAGIC
         self._map[8:16] = np.array([CAPACITY, IMAGE_SIZE], dtype="<u4").tobytes()
         self._head = np.frombuffer(self._map, dtype="<u8", count=3, offset=16)
@@ -106,3 +117,14 @@ class SensorBus:
                 self.path.unlink()
         except FileNotFoundError:
             pass
+        release(self._file)
+        self._file.close()
+
+
+def _is_taken(path: Path) -> bool:
+    """Whether a living simulation holds the file."""
+    try:
+        with path.open("rb") as file:
+            return not own(file)
+    except OSError:
+        return False  # none there; whether one can be made is seen next

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+from gsense_rig.exclusive import own
 from gsense_rig.hardware.interface import HardwareError
 from gsense_rig.hardware.mf624 import registers as r
 
@@ -50,13 +51,13 @@ class CardPlace:
     uio_class: Path = Path("/sys/class/uio")
     devices: Path = Path("/dev")
 
-    def open(self) -> Windows:
-        """Find the card and map it.
+    def open(self, exclusive: bool = False) -> Windows:
+        """Find the card and map it; exclusive: as the only loop that drives it.
 
         Raises:
-            HardwareError: no card, or it cannot be mapped; the message is one line.
+            HardwareError: no card, another loop has it, or it cannot be mapped; the message is one line.
         """
-        return map_card(require_card(self.uio_class), self.devices)
+        return map_card(require_card(self.uio_class), self.devices, exclusive)
 
 
 def find_card(uio_class: Path) -> Path | None:
@@ -123,13 +124,14 @@ class MappedWindow:
         """Unmap."""
         self._half.release()
         self._word.release()
+        self._map.close()
 
 
-def map_card(folder: Path, devices: Path) -> Windows:
-    """Map the three regions of a card found at a sysfs folder.
+def map_card(folder: Path, devices: Path, exclusive: bool = False) -> Windows:
+    """Map the three regions of a card found at a sysfs folder; the maps keep an exclusive one locked.
 
     Raises:
-        HardwareError: a region is missing, or the device cannot be opened; the message is one line.
+        HardwareError: a region is missing, the device cannot be opened, or is another's; the message is one line.
     """
     device = devices / folder.name
     try:
@@ -138,6 +140,8 @@ def map_card(folder: Path, devices: Path) -> Windows:
         hint = '; allow it by a udev rule for SUBSYSTEM=="uio"' if isinstance(error, PermissionError) else ""
         raise HardwareError(f"cannot open {device}: {error.strerror}{hint}") from error
     try:
+        if exclusive and not own(fd):
+            raise HardwareError(f"{device} is driven by another rig node: end that one first")
         first, second, third = (MappedWindow(fd, k, *_region(folder / "maps" / f"map{k}")) for k in range(3))
     except (OSError, ValueError) as error:
         raise HardwareError(f"cannot map the MF624's registers at {device}: {error}") from error

@@ -109,7 +109,7 @@ class CardRailSpec:
         Raises:
             HardwareError: no card, or it does not answer; the message is one line.
         """
-        return Mf624Rail(Card(self.place.open()), self.wiring)
+        return Mf624Rail(Card(self.place.open(exclusive=True)), self.wiring)
 
     def fds(self) -> tuple[int, ...]:
         """Nothing is inherited: the guard maps the card itself."""
