@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -53,6 +53,18 @@ def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:
     """The same for k series (k, n) that are alike on all axes."""
     spectrum = rfft(series, axis=1)[:, bins.keep].T[:, None, :] * bins.weight[:, :, None]
     return np.concatenate([spectrum.real, spectrum.imag], axis=0)
+
+
+def rows_by_axis(series: FloatArray, bins: Bins, axes: Collection[int]) -> FloatArray:
+    """Whitened rows (len(axes), 2 * bins, k) of k series (k, n) as each axis weighs them, slow parts projected out."""
+    spectrum = rfft(series, axis=1)[:, bins.keep]
+    parts = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
+    out = np.empty((len(axes), *parts.shape))
+    for i, axis in enumerate(axes):
+        np.multiply(parts, np.tile(bins.weight[:, axis], 2)[:, None], out=out[i])
+        q = bins.slow[axis]
+        out[i] -= q @ (q.T @ out[i])
+    return out
 
 
 def axis_rows(series: FloatArray, bins: Bins, axis: int) -> FloatArray:

@@ -183,6 +183,7 @@ class DriverSource:
         n = len(campaign.runs)
         self._cached = lru_cache(maxsize=2 * n)(self._make)
         self._moved = lru_cache(maxsize=4 * n)(self._kinematics)
+        self._force = lru_cache(maxsize=4 * n)(lambda data, delay: specific_force(data, self._moved(data, delay)))
         self._spline = lru_cache(maxsize=n)(_motion_spline)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
@@ -197,7 +198,7 @@ class DriverSource:
         return Drivers(
             kinematics=kin,
             mounting=data.mounting,
-            specific_force=specific_force(data, kin),
+            specific_force=self._force(data, templates.gyro_delay_s),
             temperature=lagged_temperature(data.run, templates.temperature_lag_s),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
@@ -228,10 +229,10 @@ def specific_force(data: RunData, kin: Kinematics) -> FloatArray | None:
     mounting = data.mounting
     if mounting is None:
         return None
-    force = np.repeat((mounting.gravity * mounting.up)[None], len(kin.position), axis=0)
-    if mounting.along is not None:
-        force = force + kin.acceleration[:, None] * mounting.along[None]
-    return force
+    gravity = mounting.gravity * mounting.up
+    if mounting.along is None:
+        return np.repeat(gravity[None], len(kin.position), axis=0)
+    return np.asarray(gravity + kin.acceleration[:, None] * mounting.along)
 
 
 def lagged_temperature(run: CleanRun, lag_s: float) -> FloatArray | None:

@@ -7,7 +7,7 @@ import numpy as np
 from gsense_fusion.identification.alternatives import slow_residual, step_places, steps
 from gsense_fusion.identification.bins import USED_BAND, window_bins
 from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.slow import SlowNoise
+from gsense_fusion.identification.slow import Drift, SlowNoise
 from gsense_fusion.identification.store import predicted
 from gsense_fusion.identification.types import FloatArray
 
@@ -34,22 +34,25 @@ def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
     """Between which blocks a step of the bias gains most, drift being as at rest, s."""
     blocks = likelihood.blocks
     residual = slow_residual(likelihood, fit)
-    gains = []
-    for i, step in zip(step_places(blocks), steps(blocks).T, strict=True):
-        gain = sum(step_gain(s, step, residual[:, a], fit.drift[a])[0] for a, s in likelihood.slow.items())
-        quiet = likelihood.rest_drift
-        gain += sum(step_gain(s, step, residual[:, a], quiet[a])[0] for a, s in likelihood.slow.items())
-        gains.append((gain, i))
+    column = steps(blocks)
+    gain = np.zeros(column.shape[1])
+    for axis, slow in likelihood.slow.items():
+        for drift in (fit.drift[axis], likelihood.rest_drift[axis]):
+            gain += step_gains(slow, column, residual[:, axis], drift)[0]
+    gains = zip(gain.tolist(), step_places(blocks).tolist(), strict=True)
     best = sorted(gains, reverse=True)[:TRIED]
     return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
 
 
-def step_gain(slow: SlowNoise, step: FloatArray, residual: FloatArray, drift: object) -> tuple[float, float]:
-    """What a step gains in twice the log-likelihood, and its size in rad/s."""
-    gram = slow.gram(step[:, None], residual, drift)  # type: ignore[arg-type]
-    if gram.xx[0, 0] <= 0:
-        return 0.0, 0.0
-    return float(gram.xy[0] ** 2 / gram.xx[0, 0]), float(gram.xy[0] / gram.xx[0, 0])
+def step_gains(
+    slow: SlowNoise, columns: FloatArray, residual: FloatArray, drift: Drift
+) -> tuple[FloatArray, FloatArray]:
+    """What each column (b, k) by itself gains in twice the log-likelihood, and its size in rad/s, each (k,)."""
+    gram = slow.gram(columns, residual, drift)
+    information = np.diag(gram.xx)
+    seen = information > 0
+    safe = np.where(seen, information, 1.0)
+    return np.where(seen, gram.xy**2 / safe, 0.0), np.where(seen, gram.xy / safe, 0.0)
 
 
 def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor
+from scipy.linalg.lapack import dpotrs
 from scipy.optimize import minimize
 
 from gsense_fusion.identification.noise import NoiseModel
@@ -115,7 +116,7 @@ class SlowNoise:
     def loglik(self, residual: FloatArray, drift: Drift) -> float:
         """Marginal log-likelihood of a residual (b,), each session's bias integrated out."""
         factor = self.factor(drift)
-        solved = cho_solve(factor, np.column_stack([residual, self.sessions]))
+        solved = _solved(factor, np.column_stack([residual, self.sessions]))
         a, H = solved[:, 0], solved[:, 1:]
         hh = self.sessions.T @ H
         hr = self.sessions.T @ a
@@ -125,7 +126,12 @@ class SlowNoise:
 
     def grid_logliks(self, residual: FloatArray, columns: FloatArray) -> FloatArray:
         """Marginal log-likelihood at every point of the grid of strengths, shape (points,)."""
-        return np.array([-self._absorbed(p.projector, p.logdet, residual, columns)[0] for p in self.grid])
+        projectors, logdets = self._stacked
+        px = projectors @ np.column_stack([columns, residual])
+        inner = np.eye(columns.shape[1]) + columns.T @ px[:, :, :-1]
+        cross = columns.T @ px[:, :, -1:]
+        taken = np.sum(cross * np.linalg.solve(inner, cross), axis=(1, 2))
+        return np.asarray(-0.5 * (residual @ px[:, :, -1].T - taken + logdets + np.linalg.slogdet(inner)[1]))
 
     def strengths(self, point: int) -> Drift:
         """Strengths at a point of the grid."""
@@ -173,6 +179,11 @@ class SlowNoise:
         """Projectors of all combinations of strengths; they depend on the blocks alone, so every model reuses them."""
         return self.grid_of(self.walk, WALK_SCALE)
 
+    @cached_property
+    def _stacked(self) -> tuple[FloatArray, FloatArray]:
+        """The grid's projectors (points, b, b) and logarithms of determinants (points,)."""
+        return np.array([p.projector for p in self.grid]), np.array([p.logdet for p in self.grid])
+
     def grid_of(self, kernel: FloatArray, scale: float) -> list[GridPoint]:
         """The same for another kernel (b, b) than the walk, tried at `scale` times the flicker strengths."""
         white = self.white_psd
@@ -191,7 +202,7 @@ class SlowNoise:
         return self._without_biases(self.factor(drift))
 
     def _without_biases(self, factor: tuple[FloatArray, bool]) -> tuple[FloatArray, float]:
-        inverse = cho_solve(factor, np.eye(len(self.white)))
+        inverse = _solved(factor, np.eye(len(self.white)))
         ih = inverse @ self.sessions
         hh = self.sessions.T @ ih
         logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
@@ -214,7 +225,7 @@ class SlowNoise:
         """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""
         factor = self.factor(drift)
         both = np.column_stack([X, y])
-        solved = cho_solve(factor, np.column_stack([both, self.sessions]))
+        solved = _solved(factor, np.column_stack([both, self.sessions]))
         k = both.shape[1]
         H = solved[:, k:]
         hh = self.sessions.T @ H
@@ -222,6 +233,11 @@ class SlowNoise:
         full = both.T @ solved[:, :k] - cross.T @ np.linalg.solve(hh, cross)
         p = X.shape[1]
         return Gram(full[:p, :p], full[:p, p], float(full[p, p]), len(y) - self.sessions.shape[1])
+
+
+def _solved(factor: tuple[FloatArray, bool], right: FloatArray) -> FloatArray:
+    """As `cho_solve`, whose checks of its input cost more than these small systems."""
+    return np.asarray(dpotrs(factor[0], right, lower=factor[1])[0])
 
 
 def estimate_drifts(

@@ -17,7 +17,7 @@ from gsense_fusion.identification.alternatives import beside, slow_residual, ste
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.motion_drift import motion_drift
 from gsense_fusion.identification.residual import HALF_ORDERS, WindowResidual, line_energy
-from gsense_fusion.identification.screening import step_gain
+from gsense_fusion.identification.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray
 
 FAMILY_ALPHA = 0.004
@@ -336,5 +336,6 @@ def _sizes(likelihood: Likelihood, fit: Fit, column: FloatArray) -> tuple[FloatA
     ratio, size = np.zeros(3), np.zeros(3)
     residual = slow_residual(likelihood, fit)
     for axis, slow in likelihood.slow.items():
-        ratio[axis], size[axis] = step_gain(slow, column, residual[:, axis], fit.drift[axis])
+        gain, found = step_gains(slow, column[:, None], residual[:, axis], fit.drift[axis])
+        ratio[axis], size[axis] = gain[0], found[0]
     return ratio, size

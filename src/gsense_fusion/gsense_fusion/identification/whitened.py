@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.fft import rfft
 
-from gsense_fusion.identification.bins import HIGHEST_HZ, Bins, axis_rows, window_bins
+from gsense_fusion.identification.bins import HIGHEST_HZ, Bins, axis_rows, rows_by_axis, window_bins
 from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.store import fields_of, means
 from gsense_fusion.identification.types import FloatArray, IntArray
@@ -99,7 +101,7 @@ class WhitenedCampaign:
     """Gram matrices of the moving windows of the fit runs, and block means, for any template values.
 
     An effect's columns depend on its own templates and the gyro's delay only, so a new value of one template costs the
-    columns of one effect.
+    series of one effect: their products with all others by axis, spread over the parameters afterwards.
     """
 
     def __init__(
@@ -121,27 +123,29 @@ class WhitenedCampaign:
             [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
         ]
         self._wide = WideBand(campaign, source, noise, HIGHEST_HZ)
-        self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+        self._rows: dict[tuple[str, Templates], _Rows] = {}
         self._means: dict[tuple[str, Templates], FloatArray] = {}
-        self._cross: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+        self._cross: dict[tuple[str, Templates], FloatArray] = {}
         self._grams: dict[frozenset[tuple[str, Templates]], tuple[Gram, ...]] = {}
-        measured = [self._whiten(i, r.run.angular_rate[:, :, None]) for i, r in enumerate(campaign.fit)]
         default = [self.rows(e, Templates()) for e in effects]
-        self._stack = [np.concatenate([*(d[i] for d in default), y], axis=1) for i, y in enumerate(measured)]
-        self._base = tuple(_gram(rows) for rows in self._stack)
+        measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
+        self._stack = [np.concatenate([*(d.rows[i] for d in default), y], axis=2) for i, y in enumerate(measured)]
+        self._spread = _spread_beside([d.spread for d in default], len(campaign.fit), [*noise])
+        self._base = self._default_grams(measured)
 
-    def rows(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
-        """Whitened columns of one effect on each fit run, (rows, p)."""
+    def rows(self, effect: Effect, templates: Templates) -> _Rows:
+        """Whitened series of one effect on each fit run."""
         key = (effect.name, templates.only(fields_of(effect)))
         if key not in self._rows:
             if len(self._rows) > KEPT_ROWS:
                 self._rows = {k: v for k, v in self._rows.items() if not k[1].values}
-            rows, blocks = [], []
+            rows, blocks, spread = [], [], []
             for number, data in enumerate(self.campaign.fit):
-                columns = effect.design(self._source.of(data, key[1]))
-                rows.append(self._whiten(number, columns))
-                blocks.append(means(columns, self._blocks[number]))
-            self._rows[key] = tuple(rows)
+                design = Mixed.of(effect.design(self._source.of(data, key[1])))
+                rows.append(self._whiten(number, design.series))
+                blocks.append(np.tensordot(means(design.series, self._blocks[number]), design.spread, axes=1))
+                spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
+            self._rows[key] = _Rows(tuple(rows), np.array(spread))
             self._means[key] = np.concatenate(blocks)
         return self._rows[key]
 
@@ -180,10 +184,20 @@ class WhitenedCampaign:
             out.append(Gram(*sums, gram.yy, gram.rows))
         return tuple(out)
 
+    def _default_grams(self, measured: Sequence[FloatArray]) -> tuple[Gram, ...]:
+        """Grams of all effects at their default templates."""
+        out = []
+        for stack, spread, y in zip(self._stack, self._spread, measured, strict=True):
+            full = _spread_out(stack.transpose(0, 2, 1) @ stack, spread, spread)
+            size = y.shape[0] * y.shape[1]
+            out.append(Gram(full[:-1, :-1], full[:-1, -1], float(full[-1, -1]), size))
+        return tuple(out)
+
     def _replaced(self, changed: Sequence[Effect], own: Mapping[str, Templates]) -> tuple[Gram, ...]:
         """The default Grams with the columns of some effects at other template values."""
         P = self.columns.total
         index = {e.name: self.columns.index(frozenset({e.name})) for e in changed}
+        between = {(e.name, f.name): self._product(e, f, own) for e, f in combinations_with_replacement(changed, 2)}
         out = []
         for number, base in enumerate(self._base):
             if not base.rows:
@@ -195,36 +209,64 @@ class WhitenedCampaign:
                 i = index[e.name]
                 xx[i, :], xx[:, i] = cross[:, :P], cross[:, :P].T
                 xy[i] = cross[:, P]
-            for e in changed:
-                for f in changed:
-                    a, b = (self.rows(x, own[x.name])[number] for x in (e, f))
-                    xx[np.ix_(index[e.name], index[f.name])] = a.T @ b
+            for (e_name, f_name), product in between.items():
+                i, j = index[e_name], index[f_name]
+                xx[np.ix_(i, j)], xx[np.ix_(j, i)] = product[number], product[number].T
             out.append(Gram(xx, xy, base.yy, base.rows))
         return tuple(out)
 
-    def _crossed(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
-        """Products of an effect's rows with all default columns and the measured rate, by run, (p, P + 1)."""
+    def _product(self, e: Effect, f: Effect, own: Mapping[str, Templates]) -> FloatArray:
+        """Products of two effects' columns by run, shape (runs, p, q)."""
+        a, b = self.rows(e, own[e.name]), self.rows(f, own[f.name])
+        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
+        return _spread_out(inner, a.spread, b.spread)
+
+    def _crossed(self, effect: Effect, templates: Templates) -> FloatArray:
+        """Products of an effect's columns with all default columns and the measured rate, shape (runs, p, P + 1)."""
         key = (effect.name, templates)
         if key not in self._cross:
-            self._cross[key] = tuple(
-                rows.T @ stack for rows, stack in zip(self.rows(effect, templates), self._stack, strict=True)
-            )
+            own = self.rows(effect, templates)
+            inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(own.rows, self._stack, strict=True)])
+            self._cross[key] = _spread_out(inner, own.spread, self._spread)
         return self._cross[key]
 
     def _whiten(self, number: int, series: FloatArray) -> FloatArray:
-        """Whitened rows of a run's columns (n, 3, k), all moving windows and axes one after the other."""
-        parts = [np.zeros((0, series.shape[2]))]
-        for window, bins in self._windows[number]:
-            both = series[window.start : window.stop]
-            for axis in self._noise:
-                used = np.flatnonzero(both[:, axis, :].any(axis=0))  # most leave most columns of an axis empty
-                rows = np.zeros((2 * len(bins.frequency), series.shape[2]))
-                if len(used):
-                    rows[:, used] = axis_rows(np.ascontiguousarray(both[:, axis, used].T), bins, axis)
-                parts.append(rows)
-        return np.concatenate(parts)
+        """Whitened rows (axes, rows, k) of a run's series (k, n), all moving windows one after the other."""
+        parts: list[FloatArray] = [np.zeros((len(self._noise), 0, len(series)))]
+        parts += [rows_by_axis(series[:, w.start : w.stop], bins, self._noise) for w, bins in self._windows[number]]
+        return np.concatenate(parts, axis=1)
+
+    def _measured(self, number: int, rate: FloatArray) -> FloatArray:
+        """Whitened rows (axes, rows, 1) of a run's angular rate (n, 3), each axis by itself."""
+        parts = [
+            np.stack([axis_rows(np.ascontiguousarray(rate[w.start : w.stop, a][None]), bins, a) for a in self._noise])
+            for w, bins in self._windows[number]
+        ]
+        return np.concatenate([np.zeros((len(self._noise), 0, 1)), *parts], axis=1)
 
 
-def _gram(rows: FloatArray) -> Gram:
-    X, y = rows[:, :-1], rows[:, -1]
-    return Gram(X.T @ X, X.T @ y, float(y @ y), len(y))
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """One effect on the fit runs."""
+
+    rows: tuple[FloatArray, ...]
+    """Whitened series of each run, shape (axes, rows, k)."""
+    spread: FloatArray
+    """Shape (runs, axes, k, p)."""
+
+
+def _spread_beside(parts: Sequence[FloatArray], runs: int, axes: Sequence[int]) -> FloatArray:
+    """Spread of all effects' series beside each other, the measured rate last, shape (runs, axes, K + 1, P + 1)."""
+    k, p = sum(s.shape[2] for s in parts), sum(s.shape[3] for s in parts)
+    out = np.zeros((runs, len(axes), k + 1, p + 1))
+    i = j = 0
+    for s in parts:
+        out[:, :, i : i + s.shape[2], j : j + s.shape[3]] = s
+        i, j = i + s.shape[2], j + s.shape[3]
+    out[:, :, k, p] = 1.0
+    return out
+
+
+def _spread_out(inner: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Products by axis of series (..., axes, k, l) as products of columns, (..., p, q)."""
+    return np.asarray((left.swapaxes(-1, -2) @ inner @ right).sum(axis=-3))

@@ -6,13 +6,14 @@ nothing to say: its likelihood stays what it was.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gsense_fusion.identification.bins import Bins, axis_rows, window_bins
+from gsense_fusion.identification.bins import Bins, axis_rows, rows_by_axis, window_bins
 from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.noise import NoiseModel, Response
 from gsense_fusion.identification.store import DELAY, fields_of
 from gsense_fusion.identification.types import FloatArray
@@ -59,7 +60,7 @@ class WideBand:
         ]
         for number, data in enumerate(self._campaign.fit):
             self._windows[number] = [(w, self._levelled(data.run.angular_rate, w, b)) for w, b in self._windows[number]]
-            self._measured.append(self._whiten(number, data.run.angular_rate[:, :, None])[:, 0])
+            self._measured.append(self._whiten(number, data.run.angular_rate))
 
     def _bins(self, n: int, rate_hz: float) -> Bins:
         bins = window_bins(n, rate_hz, self._noise, WIDEST_HZ)
@@ -87,16 +88,23 @@ class WideBand:
         if key not in self._rows:
             if len(self._rows) > KEPT:
                 self._rows.clear()
-            design: Callable[..., FloatArray] = effect.design
-            self._rows[key] = tuple(
-                self._whiten(i, design(self._source.of(r, key[1]))) for i, r in enumerate(self._campaign.fit)
-            )
+            designs = (Mixed.of(effect.design(self._source.of(r, key[1]))) for r in self._campaign.fit)
+            self._rows[key] = tuple(self._columns(i, design) for i, design in enumerate(designs))
         return self._rows[key]
 
-    def _whiten(self, number: int, series: FloatArray) -> FloatArray:
-        """Whitened rows of a run's columns (n, 3, k), all moving windows and axes one after the other."""
-        parts: list[FloatArray] = [np.zeros((0, series.shape[2]))]
+    def _columns(self, number: int, design: Mixed) -> FloatArray:
+        """Whitened columns of a run's design, all moving windows and axes one after the other, shape (rows, p)."""
+        spread = design.spread[:, [*self._noise]].transpose(1, 0, 2)
+        parts: list[FloatArray] = [np.zeros((0, spread.shape[2]))]
         for window, bins in (self._windows or [])[number]:
-            both = series[window.start : window.stop]
-            parts += [axis_rows(np.ascontiguousarray(both[:, axis, :].T), bins, axis) for axis in self._noise]
+            rows = rows_by_axis(design.series[:, window.start : window.stop], bins, self._noise)
+            parts.append((rows @ spread).reshape(-1, spread.shape[2]))
+        return np.concatenate(parts)
+
+    def _whiten(self, number: int, rate: FloatArray) -> FloatArray:
+        """Whitened rows of a run's angular rate (n, 3) in the same order, shape (rows,)."""
+        parts: list[FloatArray] = [np.zeros(0)]
+        for window, bins in (self._windows or [])[number]:
+            both = rate[window.start : window.stop]
+            parts += [axis_rows(np.ascontiguousarray(both[None, :, axis]), bins, axis)[:, 0] for axis in self._noise]
         return np.concatenate(parts)

@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.noise import Response
@@ -141,8 +142,11 @@ class Effect(ABC):
         """What this run lacks for the effect to be decided, in words; None where nothing."""
 
     @abstractmethod
-    def design(self, drivers: Drivers) -> FloatArray:
-        """Derivative of the three gyro axes by the parameters, shape (n, 3, p), rad/s per unit."""
+    def design(self, drivers: Drivers) -> Design:
+        """Derivative of the three gyro axes by the parameters, shape (n, 3, p), rad/s per unit.
+
+        An array, or a few series with their spread over the axes; p and k must not depend on the run.
+        """
 
     def felt(self, drivers: Drivers) -> FloatArray | None:  # noqa: ARG002  (most effects turn nothing)
         """Derivative of the specific force by the parameters, shape (n, 3, p), m/s^2 per unit; None where zero."""
@@ -174,15 +178,15 @@ def lacks_direction(drivers: Drivers) -> str | None:
     return lacks_motion(drivers)
 
 
-def about_rail_axes(drivers: Drivers, driver: FloatArray) -> FloatArray:
+def about_rail_axes(drivers: Drivers, driver: FloatArray) -> Mixed:
     """Design of a true rotation rate c_axis times one driver (n,) about each axis of the rail, shape (n, 3, 3)."""
     rotation = None if drivers.mounting is None else drivers.mounting.sensor_from_rail
-    return np.zeros((len(driver), 3, 3)) if rotation is None else np.asarray(driver[:, None, None] * rotation[None])
+    return Mixed(np.asarray(driver)[None], (np.zeros((3, 3)) if rotation is None else rotation)[None])
 
 
-def per_axis(driver: FloatArray) -> FloatArray:
+def per_axis(driver: FloatArray) -> Mixed:
     """Design of an effect that adds c_axis times one driver (n,) to each gyro axis, shape (n, 3, 3)."""
-    return np.asarray(driver[:, None, None] * np.eye(3)[None])
+    return Mixed(np.asarray(driver)[None], np.eye(3)[None])
 
 
 def spec(names: str, unit: str, plausible: float) -> tuple[ParameterSpec, ...]:

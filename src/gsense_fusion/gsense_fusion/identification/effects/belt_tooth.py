@@ -12,6 +12,7 @@ from gsense_fusion.identification.effects.base import (
     lacks_direction,
     spec,
 )
+from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.types import FloatArray, Owner, Parameter
 
 
@@ -31,11 +32,10 @@ class BeltTooth(Effect):
         """It needs motion along the rail, and the rail's direction in the sensor's axes."""
         return lacks_direction(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Cosine and sine over position while the carriage moves, shape (n, 3, 6)."""
         phase, passed = _phase_and_gain(drivers)
-        parts = [about_rail_axes(drivers, f(phase) * passed) for f in (np.cos, np.sin)]
-        return np.concatenate(parts, axis=2)
+        return Mixed.beside([about_rail_axes(drivers, f(phase) * passed) for f in (np.cos, np.sin)])
 
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
         """Signed amplitude of each axis with the phase that they have in common."""
@@ -59,11 +59,11 @@ class BeltToothAngle(Effect):
         """What the ripple needs."""
         return lacks_direction(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Velocity times cosine and sine over position, shape (n, 3, 6)."""
         phase, passed = _phase_and_gain(drivers)
         speed = drivers.kinematics.velocity * passed
-        return np.concatenate([about_rail_axes(drivers, f(phase) * speed) for f in (np.cos, np.sin)], axis=2)
+        return Mixed.beside([about_rail_axes(drivers, f(phase) * speed) for f in (np.cos, np.sin)])
 
 
 def _phase_and_gain(drivers: Drivers) -> tuple[FloatArray, FloatArray]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, per_axis, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.types import Owner
 
 HANDLED = "without a rig a step of the bias cannot be told from what handling the board does"
 
@@ -25,6 +26,6 @@ class BiasJump(Effect):
         """It needs a board that nobody handles: on the rig."""
         return None if drivers.mounting is not None and drivers.mounting.along is not None else HANDLED
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Zero before, one after the instant, on each axis, shape (n, 3, 3)."""
         return per_axis((drivers.time > drivers.templates.get("jump_time_s")).astype(float))

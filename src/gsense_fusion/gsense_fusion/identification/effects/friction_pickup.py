@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion, per_axis, spec
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.reversals import mean_direction
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.types import Owner
 
 
 class FrictionPickup(Effect):
@@ -21,7 +22,7 @@ class FrictionPickup(Effect):
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Direction on each axis, shape (n, 3, 3)."""
         return per_axis(mean_direction(drivers.time, drivers.kinematics.velocity))
 
@@ -41,6 +42,6 @@ class InertiaPickup(Effect):
         """What the pick-up needs."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Acceleration on each axis, shape (n, 3, 3)."""
         return per_axis(drivers.kinematics.acceleration)

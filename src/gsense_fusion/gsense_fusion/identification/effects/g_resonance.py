@@ -14,6 +14,7 @@ from gsense_fusion.identification.effects.base import (
     per_axis,
     spec,
 )
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.types import FloatArray, Owner
 
 
@@ -37,7 +38,7 @@ class GResonance(Effect):
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Filtered acceleration on each axis, shape (n, 3, 3)."""
         f0 = drivers.templates.get("resonance_hz", 10.0)
         damping = drivers.templates.get("resonance_damping", 0.1)
@@ -60,7 +61,7 @@ class RockingMount(Effect):
         """What the resonance needs."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Filtered jerk on each axis, shape (n, 3, 3)."""
         f0 = drivers.templates.get("resonance_hz", 10.0)
         damping = drivers.templates.get("resonance_damping", 0.1)

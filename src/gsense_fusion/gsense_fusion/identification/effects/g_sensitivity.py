@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design, Mixed
+from gsense_fusion.identification.types import Owner
+
+EACH_AXIS = np.eye(9).reshape(3, 3, 9).transpose(1, 0, 2)
+"""Force j makes g_ij of axis i, shape (3 forces, 3 axes, 9)."""
 
 
 class GSensitivity(Effect):
@@ -28,12 +32,8 @@ class GSensitivity(Effect):
             else None
         )
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Row i of G times the specific force, shape (n, 3, 9)."""
         force = drivers.specific_force
-        n = len(drivers)
-        out = np.zeros((n, 3, 9))
-        if force is not None:
-            for axis in range(3):
-                out[:, axis, 3 * axis : 3 * axis + 3] = force
-        return out
+        series = np.zeros((3, len(drivers))) if force is None else np.ascontiguousarray(force.T)
+        return Mixed(series, EACH_AXIS)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion, per_axis, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.types import Owner
 
 
 class GSquared(Effect):
@@ -21,6 +22,6 @@ class GSquared(Effect):
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Squared acceleration on each axis, shape (n, 3, 3)."""
         return per_axis(drivers.kinematics.acceleration**2)

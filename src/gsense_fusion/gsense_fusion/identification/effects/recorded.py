@@ -13,10 +13,11 @@ import numpy as np
 
 from gsense_fusion.identification.campaign import Campaign
 from gsense_fusion.identification.effects.base import Drivers, Effect
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.recording.clock import Skew
 from gsense_fusion.identification.recording.curve import Curve
-from gsense_fusion.identification.types import FloatArray, Parameter
+from gsense_fusion.identification.types import Parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,7 @@ class RecordedEffect(Effect):
         """What it needs is said by `look`."""
         return None
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """No columns, shape (n, 3, 0)."""
         return np.zeros((len(drivers), 3, 0))
 

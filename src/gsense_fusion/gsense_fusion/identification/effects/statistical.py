@@ -9,9 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.residual import WindowResidual
-from gsense_fusion.identification.types import FloatArray, Parameter
+from gsense_fusion.identification.types import Parameter
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,6 @@ class StatisticalEffect(Effect):
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """No columns, shape (n, 3, 0)."""
         return np.zeros((len(drivers), 3, 0))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, per_axis, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.types import Owner
 
 TOGGLED_V = 0.05
 """V: a supply that moves by more within a run was moved on purpose."""
@@ -33,6 +34,6 @@ class SupplyVoltage(Effect):
             return f"no temperature topic, and {alike}; toggle the supply at rest (supply_toggled)"
         return None
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Voltage on each axis, shape (n, 3, 3)."""
         return per_axis(np.zeros(len(drivers)) if drivers.supply is None else drivers.supply)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, per_axis, spec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.types import Owner
 
 
 class TemperatureBias(Effect):
@@ -28,7 +29,7 @@ class TemperatureBias(Effect):
         """It needs the die's temperature."""
         return "no temperature topic" if drivers.temperature is None else None
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """Temperature on each axis, shape (n, 3, 3)."""
         temperature = drivers.temperature
         return per_axis(np.zeros(len(drivers)) if temperature is None else temperature)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.types import Owner
 
 
 class TimeOffset(Effect):
@@ -41,6 +42,6 @@ class TimeOffset(Effect):
             return "no motion along a rail"
         return "no accelerometer: nothing to compare the gyro's time with" if drivers.specific_force is None else None
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """No columns, shape (n, 3, 0)."""
         return np.zeros((len(drivers), 3, 0))

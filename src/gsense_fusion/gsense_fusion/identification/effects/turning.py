@@ -11,6 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, about_rail_axes, lacks_direction
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.types import FloatArray, Owner
 
 
@@ -34,7 +35,7 @@ class TrueTurn(Effect):
         """It needs motion along the rail, and the rail's direction in the sensor's axes."""
         return lacks_direction(drivers)
 
-    def design(self, drivers: Drivers) -> FloatArray:
+    def design(self, drivers: Drivers) -> Design:
         """The rate about the rail's axes, shape (n, 3, 3)."""
         return about_rail_axes(drivers, self.rate(drivers))
 
