@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventTypeError
 from rclpy.node import Node
 from rosbags.typesys.store import Typestore
@@ -21,26 +22,28 @@ DISCOVERY_PERIOD = 0.1
 
 
 class RecorderNode(Node):
-    """Subscribes to topics as they appear, and writes what they bring.
-
-    Parameters: `out`, folder of the bag; `topics`, names (empty: all that are not hidden); `max_bag_size`, bytes of a
-    storage file after which the next one is begun (0: never); `max_queue`, bytes that may wait for the disk.
-    """
+    """Subscribes to topics as they appear, and writes what they bring."""
 
     def __init__(self, store: Typestore, **options: Any) -> None:
         """`options` are rclpy's of a node."""
         super().__init__("record", **options)
         self.heard: Counter[str] = Counter()
-        self.declare_parameter("out", "")
-        self.declare_parameter("topics", [""])
-        self.declare_parameter("max_bag_size", 0)
-        self.declare_parameter("max_queue", MAX_QUEUE)
+        self._declare()
         self._store = store
         self._bag: BagThread | None = None
         self._subscriptions_by_topic: dict[str, Any] = {}
         self._skipped: set[str] = set()
         self._lost: Counter[str] = Counter()
         self._told = 0
+
+    def _declare(self) -> None:
+        for name, default, text in (
+            ("out", "", "folder of the bag; empty: named by the time"),
+            ("topics", [""], "names; empty: all that are not hidden"),
+            ("max_bag_size", 0, "bytes of a storage file after which the next one is begun; 0: never"),
+            ("max_queue", MAX_QUEUE, "bytes that may wait for the disk"),
+        ):
+            self.declare_parameter(name, default, ParameterDescriptor(description=text, read_only=True))
 
     def begin(self) -> Path:
         """Creates the bag; raises `rosbags.rosbag2.WriterError` or OSError where that is not possible."""
