@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from tests.fusion.bag_data import START_NS, BagWriter, header, imu, message, quaternion
+from tests.fusion.rail_run import rail_run
 
 from gsense_fusion.close_loop import main
 from gsense_fusion.compensation.model import load_compensation
 from gsense_fusion.report.outputs import REST, SEPARATING_RUNS
 from gsense_rig.campaign.plan import parse_plan
 
-RATE_HZ = 100.0
 PICKUP = 2e-3  # (rad/s)/(m/s) on y, the truth that the user's effect has to find
 
 OWN_EFFECT = """
@@ -38,34 +37,10 @@ class BackEmf(Effect):
 """
 
 
-def _bag(folder: Path, number: int, frequency: float) -> Path:
-    """A run on the rail: 3 s rest, 24 s of sine (none at frequency 0), a gyro with bias, G and a pick-up of speed."""
-    draw = np.random.default_rng(number)
-    bag = BagWriter()
-    start = START_NS + number * 40_000_000_000
-    t = np.arange(0.0, 30.0, 1 / RATE_HZ)
-    phase = frequency * np.clip(t - 3.0, 0.0, 24.0 if frequency else 0.0)
-    moving = (t > 3.0) & (t < 27.0)
-    s = 0.15 * np.sin(phase)
-    v = np.where(moving, 0.15 * frequency * np.cos(phase), 0.0)
-    a = np.where(moving, -0.15 * frequency**2 * np.sin(phase), 0.0)
-    for i, at_s in enumerate(t):
-        at = start + round(at_s * 1e9)
-        rate = np.array([0.01, -0.02, 0.005]) + np.array([2e-4, 1e-4, 0]) * a[i] + np.array([0, PICKUP, 0]) * v[i]
-        force = np.array([a[i], 0.0, 9.81]) + 0.02 * draw.standard_normal(3)
-        bag.add("/mpu6050/imu/data_raw", at, imu(at, rate + 6e-4 * draw.standard_normal(3), force))
-        position = message("geometry_msgs/msg/Point", x=round(s[i] / 5e-5) * 5e-5)
-        pose = message("geometry_msgs/msg/Pose", position=position, orientation=quaternion((1, 0, 0, 0)))
-        bag.add("/rig/pose", at, message("geometry_msgs/msg/PoseStamped", header=header(at, "rail"), pose=pose))
-    path = folder / f"run_{number}"
-    bag.write(path)
-    return path
-
-
 @pytest.fixture(scope="module")
 def bags(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     folder = tmp_path_factory.mktemp("bags")
-    return [str(_bag(folder, n, w)) for n, w in enumerate((0.0, 3.0, 6.0, 8.0, 5.0))]
+    return [str(rail_run(folder, n, w, lambda v: PICKUP * v)) for n, w in enumerate((0.0, 3.0, 6.0, 8.0, 5.0))]
 
 
 def test_files_and_schema(bags: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
