@@ -145,6 +145,30 @@ def test_each_mechanism_has_its_name(disturbance: Disturbance, effect: str) -> N
     assert names(result) == [effect]
 
 
+@pytest.mark.slow
+def test_a_tone_on_an_order_of_one_run_is_not_locked_to_its_drive() -> None:
+    frequency = 8.5 * 3.5 / (2 * np.pi) + 0.05  # at order 8.5 of the run at 3.5 rad/s
+    size = np.array([0.02, -0.01, 0.0]) * DEG
+
+    def hum(run: Run, role: str) -> tuple[Run, str]:
+        if run.encoder is None or np.ptp(run.encoder.position) < 1e-3:
+            return run, role
+        moving = run.encoder.stamp_ns[np.abs(run.encoder.position - run.encoder.position[0]) > 1e-3]
+        on = (run.imu.stamp_ns > moving[0]) & (run.imu.stamp_ns < moving[-1])
+        phase = 2 * np.pi * frequency * 1e-9 * (run.imu.stamp_ns - run.imu.stamp_ns[0])
+        tone = (on * np.sin(phase))[:, None] * size
+        return replace(run, imu=replace(run.imu, angular_rate=run.imu.angular_rate + tone)), role
+
+    result = analyse(changed(made(), hum), SETTINGS)
+    assert names(result) == ["line_tone"], result.unexplained
+    assert result.verdict == "effects_found", result.unexplained
+    found = finding(result, "line_tone")
+    assert found.axes == ("x", "y")
+    assert found.parameters["frequency"].value == pytest.approx(frequency, abs=0.02)
+    for axis, true in zip("xyz", np.abs(size), strict=True):
+        assert abs(found.parameters[f"a_{axis}"].value) == pytest.approx(true, abs=0.003 * DEG)
+
+
 def test_undeclared_g_sensitivity_is_found() -> None:
     result = analyse(made(), Settings("mpu6050", declared=("bias",)))
     assert names(result) == ["g_sensitivity"], result.unexplained

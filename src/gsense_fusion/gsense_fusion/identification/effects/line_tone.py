@@ -10,13 +10,15 @@ import numpy as np
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.residual import WindowResidual
 from gsense_fusion.identification.sufficiency import strongest_line
-from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, Owner, Parameter
 
 EVERYWHERE = 0.7
 """Part of the windows in motion that must have the tone: a line of one run alone is something else."""
 STEADY = 0.35
 """Scatter of its amplitude over the windows, as a part of it, on top of noise."""
 BESIDE_BINS = 3.0
+WELL_SEEN = 3.0
+"""Times the usual standard error up to which a window says something of the size."""
 
 
 class LineTone(StatisticalEffect):
@@ -37,7 +39,7 @@ class LineTone(StatisticalEffect):
             return None
         frequency = _refined(moving, found.frequency_hz)
         usable = [w for w in moving if _near(w, frequency).any()]
-        fits = [_sine(w, frequency) for w in usable]
+        fits = _well_seen([_sine(w, frequency) for w in usable])
         if not fits:
             return None
         axis = int(np.argmax(np.median([np.abs(f.coefficient) for f in fits], axis=0)))
@@ -67,23 +69,33 @@ class LineTone(StatisticalEffect):
         return Explanation(parameters, axes, found.p_value, rest, float(np.linalg.norm(size) / np.sqrt(2)))
 
 
+def _well_seen(fits: Sequence[_Sine]) -> list[_Sine]:
+    """Those not much less certain than the others: beside one of the drive's orders little of a line is seen."""
+    usual = np.median([f.stderr for f in fits], axis=0) if fits else np.zeros(3)
+    return [f for f in fits if np.all(f.stderr <= WELL_SEEN * usual)]
+
+
 class _Sine:
     def __init__(self, coefficient: FloatArray, stderr: FloatArray) -> None:
         self.coefficient = coefficient
         self.stderr = stderr
 
 
-def _near(residual: WindowResidual, frequency: float) -> FloatArray:
-    near = np.abs(residual.frequency - frequency) < BESIDE_BINS * residual.resolution_hz
-    return np.asarray(near & residual.away_from_orders())
+def _near(residual: WindowResidual, frequency: float) -> BoolArray:
+    return _around(residual, frequency) & residual.away_from_orders()
 
 
-def _sine(residual: WindowResidual, frequency: float) -> _Sine:
-    """Complex amplitude of a sine in a window, rad/s, from the bins around it, by axis."""
+def _around(residual: WindowResidual, frequency: float) -> BoolArray:
+    return np.asarray(np.abs(residual.frequency - frequency) < BESIDE_BINS * residual.resolution_hz)
+
+
+def _sine(residual: WindowResidual, frequency: float, near: BoolArray | None = None) -> _Sine:
+    """Complex amplitude of a sine in a window, rad/s, by axis, from the bins `near` (around it, away from orders)."""
     n, rate = len(residual.window), residual.data.run.rate_hz
     t = residual.data.run.time[residual.window.start] + np.arange(n) / rate
     tone = np.fft.fft(np.exp(2j * np.pi * frequency * t))[: n // 2 + 1][residual.bins.keep]
-    near = _near(residual, frequency)
+    if near is None:
+        near = _near(residual, frequency)
     values = (residual.spectrum[0] + 1j * residual.spectrum[1])[near]
     coefficient, stderr = np.zeros(3, dtype=complex), np.full(3, np.inf)
     for axis in range(3):
@@ -107,12 +119,15 @@ def _refined(moving: Sequence[WindowResidual], frequency: float) -> float:
 
 
 def _without(residual: WindowResidual, frequency: float) -> WindowResidual:
-    """The residual without the sine that fits it best; at rest it is left as it is."""
+    """The residual without the sine that fits it best; at rest it is left as it is.
+
+    In a run where it falls on a half-order of the drive it is taken out there too, else it would look locked to it.
+    """
     if not residual.window.moving:
         return residual
     n, rate = len(residual.window), residual.data.run.rate_hz
     t = residual.data.run.time[residual.window.start] + np.arange(n) / rate
-    sine = _sine(residual, frequency)
+    sine = _sine(residual, frequency, _around(residual, frequency))
     tone = np.fft.fft(np.exp(2j * np.pi * frequency * t))[: n // 2 + 1][residual.bins.keep] / 2
     gone = tone[:, None] * sine.coefficient * residual.bins.weight
     return replace(residual, spectrum=residual.spectrum - np.stack([gone.real, gone.imag]))
