@@ -82,12 +82,12 @@ def test_orientation_error_of_known_motion():
 
 def test_turning_of_a_bent_rail(tmp_path):
     file = tmp_path / "compensation.yaml"
-    terms = "- {effect: rail_curvature, t: [1, 0, 2], u: [0, 3, 0]}"
+    terms = "- {effect: rail_curvature, t: [1, 0, 2], u: [0, 3, 0], w3: [0, 0, 4]}"
     file.write_text(f"schema: gsense-compensation/1\nreference:\n{terms}\n")
     reference = read_reference(file)
     time = np.arange(0.0, 1.0, 0.001)
     rate = reference.rate(time, 0.1 * time, 0.1 + 0 * time, np.array([0.5]))
-    assert rate == pytest.approx(np.array([[0.1, 2 * 0.05 * 0.1 * 3, 0.2]]))
+    assert rate == pytest.approx(np.array([[0.1, 2 * 0.05 * 0.1 * 3, 0.2 + 3 * 0.05**2 * 0.1 * 4]]))
     file.write_text("schema: gsense-compensation/1\nterms: []\n")
     assert read_reference(file) is None
 

@@ -119,7 +119,7 @@ class SessionParameters:
     frame: tuple[tuple[float, float, float], ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     """Nominal rotation from carriage (x along the rail, z up) to sensor axes."""
     rail_shape: str = "arc"
-    """`arc` (a constant curvature and twist) or `spline` (that with uneven knots)."""
+    """`arc` (a constant curvature and twist), `spline` (that with uneven knots) or `wavy` (more so, a hand apart)."""
     temperature_topic: bool = True
     start_s: float = 0.0
     """Moves the whole session in time."""

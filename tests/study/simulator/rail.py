@@ -14,7 +14,9 @@ from .carriage import RATE_HZ, Travel
 Array = NDArray[np.float64]
 GRAVITY = 9.81
 EARTH_RATE = 7.292e-5
-KNOTS = np.linspace(-0.4, 0.4, 9)
+REACH = 0.4
+UNEVEN = {"arc": (0.0, 0.1), "spline": (0.1, 0.1), "wavy": (0.5, 0.07)}
+"""By shape: how much the slope between two knots differs from the arc's, and metres between them."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,12 @@ class Felt:
 
 def make_rail(rng: np.random.Generator, shape: str, slope: Array, bend: Array) -> Rail:
     """A rail that turns by slope * s + bend * s^2 (rad, about its own axes), with uneven knots where it is a spline."""
-    uneven = 1.0 + (0.1 if shape == "spline" else 0.0) * rng.standard_normal((len(KNOTS) - 1, 3))
-    increments = np.diff(KNOTS)[:, None] * (slope + 2 * bend * ((KNOTS[1:] + KNOTS[:-1]) / 2)[:, None]) * uneven
+    part, spacing = UNEVEN[shape]
+    knots = spacing * np.arange(-round(REACH / spacing), round(REACH / spacing) + 1)
+    uneven = 1.0 + part * rng.standard_normal((len(knots) - 1, 3))
+    increments = np.diff(knots)[:, None] * (slope + 2 * bend * ((knots[1:] + knots[:-1]) / 2)[:, None]) * uneven
     angle = np.concatenate([np.zeros((1, 3)), np.cumsum(increments, axis=0)])
-    turn = CubicSpline(KNOTS, angle - angle[len(KNOTS) // 2])
+    turn = CubicSpline(knots, angle - angle[len(knots) // 2])
     level = Rotation.from_rotvec(np.radians(rng.normal(0, [0.2, 0.2, 40.0])))
     latitude = np.radians(50.0)
     return Rail(turn, level, EARTH_RATE * np.array([np.cos(latitude), 0.0, np.sin(latitude)]))

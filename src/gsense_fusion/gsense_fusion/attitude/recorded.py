@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gsense_fusion.bags import Run
-from gsense_fusion.compensation import CompensationFile
+from gsense_fusion.compensation import CompensationFile, rail_power
 
 from .accuracy import AccuracyError, Reference, at_samples, moving_carriage, reference_of, resting
 from .interface import FloatArray, IntArray
@@ -79,6 +79,7 @@ def _rig_turn(file: CompensationFile | None, position: FloatArray) -> FloatArray
     turn = np.zeros((len(position), 3))
     for term in file.reference if file is not None else ():
         if term.effect == "rail_curvature":
-            t, u = (np.asarray(term.parameters.get(key, (0.0, 0.0, 0.0))) for key in ("t", "u"))
-            turn += np.outer(position, t) + np.outer(position**2, u)
+            for key, value in term.parameters.items():
+                if (power := rail_power(key)) is not None:
+                    turn += np.outer(position**power, np.asarray(value))
     return turn

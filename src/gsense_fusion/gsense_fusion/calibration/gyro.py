@@ -14,6 +14,7 @@ from gsense_fusion.identification.analysis import Analysis, Settings
 from gsense_fusion.identification.assembly import assemble, effect_parameters, significant
 from gsense_fusion.identification.campaign import DriverSource
 from gsense_fusion.identification.earth import EARTH_RATE, Site
+from gsense_fusion.identification.effects.base import parts_of
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.likelihood import Fit, Likelihood
@@ -101,7 +102,7 @@ def calibrate_gyro(
         )
     result = assemble(a, lambda _text, _part: None)
     full = a.claims.full
-    others = tuple(e for e in a.likelihood.effects if e.name in a.claims.names or e.part_of in a.claims.names)
+    others = tuple(e for n in a.claims.names for e in parts_of(a.likelihood.effects, n, full.names))
     source = DriverSource(a.campaign)
     effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
     likelihood = Likelihood(a.campaign, source, effects, a.noise)

@@ -9,6 +9,7 @@ from .model import (
     MagnetometerCorrection,
     ReferenceTerm,
     load_compensation,
+    rail_power,
     write_compensation,
 )
 from .terms import (
@@ -51,5 +52,6 @@ __all__ = [
     "corrected_force",
     "gather_inputs",
     "load_compensation",
+    "rail_power",
     "write_compensation",
 ]

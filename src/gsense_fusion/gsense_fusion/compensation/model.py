@@ -26,6 +26,12 @@ class ReferenceTerm:
     parameters: dict[str, Vector | float]
 
 
+def rail_power(key: str) -> int | None:
+    """Power of the position that a parameter of rail_curvature belongs to: t 1, u 2, w3 3 ...; None for another key."""
+    known = {"t": 1, "u": 2}
+    return int(key[1:]) if key[:1] == "w" and key[1:].isdecimal() else known.get(key)
+
+
 @dataclass(frozen=True)
 class AccelerometerCorrection:
     """True specific force = matrix (f - bias)."""

@@ -13,7 +13,7 @@ from gsense_fusion.identification.analysis import UNDECIDED, Analysis
 from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.claims import survives
 from gsense_fusion.identification.curves import fitted_curves
-from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.felt_words import felt_notes, hidden_tilt
 from gsense_fusion.identification.interval import template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
@@ -94,7 +94,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
 def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
     """Linear parameters with their errors (those of the effect's further terms too), then the searched ones."""
     out = {}
-    for part in (e for e in likelihood.effects if effect.name in (e.name, e.part_of)):
+    for part in parts_of(likelihood.effects, effect.name, fit.names):
         first = likelihood.columns.start[part.name]
         spread = refinement_variance(likelihood, fit, part)
         for i, parameter in enumerate(part.parameters):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.analysis import Analysis
-from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.interval import template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.noise import periodogram
@@ -26,7 +26,7 @@ def covariances(a: Analysis) -> dict[str, Covariance]:
 
 
 def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bool = True) -> Covariance:
-    parts = [e for e in likelihood.effects if effect.name in (e.name, e.part_of)]
+    parts = parts_of(likelihood.effects, effect.name, fit.names)
     index = np.concatenate([likelihood.columns.index(frozenset({e.name})) for e in parts])
     matrix = fit.covariance[np.ix_(index, index)]
     if refined:
@@ -61,7 +61,7 @@ def not_found(a: Analysis) -> tuple[dict[str, dict[str, Parameter]], dict[str, C
 
 def _linear(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
     out = {}
-    for part in (e for e in likelihood.effects if effect.name in (e.name, e.part_of)):
+    for part in parts_of(likelihood.effects, effect.name, fit.names):
         for i, p in zip(likelihood.columns.index(frozenset({part.name})), part.parameters, strict=True):
             out[p.name] = Parameter(float(fit.beta[i]), float(np.sqrt(fit.covariance[i, i])), p.unit)
     return out

@@ -26,8 +26,9 @@ MAX_REFINED = 3
 ORDER_WEIGHT = 0.01
 """Of likelihoods that are equal to this the commoner effect (the catalogue's order) is taken."""
 REFINED_TO = 2e-3
-SLOW_COST = 6.5
-"""A parameter that only block means tell costs this, not ln n of all samples: false alarms of 2e-4 with three."""
+CHEAP_COST = 6.5
+"""A parameter that only block means tell, or that refines the shape of an effect which is there without it, costs this,
+not ln n of all samples: false alarms of 2e-4 with three."""
 KEPT_POINTS = 3
 """Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
 
@@ -55,6 +56,8 @@ class Selection:
         self._rough: dict[frozenset[str], Candidate] = {}
         self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
         self._points: dict[str, list[dict[str, float]]] = {}
+        self.bought: frozenset[str] = frozenset()
+        """Further terms that the best model has, of those that have to be bought."""
         self._instants: list[tuple[float, float]] = []
         self._say = progress or (lambda _text: None)
 
@@ -88,12 +91,14 @@ class Selection:
             near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
             near.sort(key=lambda c: -c.score)
             if not near:
-                return best
+                break
             near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
             step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)
             if step.score <= best.score + 1e-6:
-                return best
+                break
             best = step
+        self.bought = frozenset(n for n in best.fit.names if self.effects[n].bought)
+        return best
 
     def _adds(self, larger: Fit, smaller: Fit) -> bool:
         """Whether a model with more effects has more parameters that the data identifies; any other model may."""
@@ -106,12 +111,14 @@ class Selection:
         free = [n for n in self.effects if n not in names]
         mine = [n for n in names if n not in self.declared]
         sets: list[frozenset[str]] = []
-        if len(mine) < MAX_EFFECTS:
-            sets += [names | {n} for n in free] + [self.with_parts(names | {n}) for n in free]
+        full = sum(self.effects[n].part_of is None for n in mine) >= MAX_EFFECTS
+        room = [n for n in free if not full or self.effects[n].part_of is not None]
+        sets += [names | {n} for n in room] + [self.with_parts(names | {n}) for n in room]
         for n in mine:
             rest = names - self.with_dependants(names, n)
             sets.append(rest)
-            sets += [rest | {other} for other in free]
+            if not self.effects[n].bought:
+                sets += [rest | {other} for other in free if not self.effects[other].bought]
         return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
 
     def with_dependants(self, names: frozenset[str], name: str) -> frozenset[str]:
@@ -119,9 +126,9 @@ class Selection:
         return frozenset(n for n in names if n == name or name in self.effects[n].needs)
 
     def with_parts(self, names: Iterable[str]) -> frozenset[str]:
-        """Effects with their further terms."""
+        """Effects with their further terms; those that have to be bought where the search did buy them."""
         names = frozenset(names)
-        return names | {n for n, e in self.effects.items() if e.part_of in names}
+        return names | {n for n, e in self.effects.items() if e.part_of in names and (not e.bought or n in self.bought)}
 
     def claimable(self) -> list[str]:
         """Effects that can be named: not the further terms of others."""
@@ -141,8 +148,8 @@ class Selection:
             paid = sum(not t.optional or fit.templates.get(t.field, t.default) != t.default for t in effect.templates)
             dear, cheap = (dear + paid, cheap) if effect.dynamic else (dear, cheap + paid)
         log_n = float(np.log(self.likelihood.samples))
-        slow_columns = self._slow_rank(fit)
-        cost = (fit.rank - slow_columns + dear) * log_n + (slow_columns + cheap) * min(SLOW_COST, log_n)
+        cheap_columns = self._slow_rank(fit) + self._bought_rank(fit)
+        cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)
         order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
         return Candidate(fit, 2 * fit.loglik - cost - order)
 
@@ -153,6 +160,11 @@ class Selection:
         """
         slow = frozenset(n for n in fit.names - self.declared if not self.effects[n].dynamic)
         return max(0, fit.rank - self.rough(fit.names - slow).fit.rank) if slow else 0
+
+    def _bought_rank(self, fit: Fit) -> int:
+        """Directions of the further terms that have to be bought."""
+        count = sum(len(self.effects[n].parameters) for n in fit.names if self.effects[n].bought)
+        return min(count, fit.rank)
 
     def _on_grids(self, names: frozenset[str]) -> Fit:
         """Effects with searched parameters one after the other, each over the product of its grids."""

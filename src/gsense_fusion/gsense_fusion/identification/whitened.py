@@ -127,8 +127,9 @@ class WhitenedCampaign:
         self._means: dict[tuple[str, Templates], FloatArray] = {}
         self._cross: dict[tuple[str, Templates], FloatArray] = {}
         self._grams: dict[frozenset[tuple[str, Templates]], tuple[Gram, ...]] = {}
-        default = [self.rows(e, Templates()) for e in effects]
         measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
+        # terms that have to be bought are made when the search asks for them
+        default = [self._none(e, measured) if e.bought else self.rows(e, Templates()) for e in effects]
         self._stack = [np.concatenate([*(d.rows[i] for d in default), y], axis=2) for i, y in enumerate(measured)]
         self._spread = _spread_beside([d.spread for d in default], len(campaign.fit), [*noise])
         self._base = self._default_grams(measured)
@@ -143,7 +144,7 @@ class WhitenedCampaign:
             for number, data in enumerate(self.campaign.fit):
                 design = Mixed.of(effect.design(self._source.of(data, key[1])))
                 rows.append(self._whiten(number, design.series))
-                blocks.append(np.tensordot(means(design.series, self._blocks[number]), design.spread, axes=1))
+                blocks.append(_means(design, self._blocks[number]))
                 spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
             self._rows[key] = _Rows(tuple(rows), np.array(spread))
             self._means[key] = np.concatenate(blocks)
@@ -153,14 +154,20 @@ class WhitenedCampaign:
         """Block means of one effect's columns, shape (b, 3, p)."""
         key = (effect.name, templates.only(fields_of(effect)))
         if key not in self._means:
-            self.rows(effect, templates)
+            designs = (Mixed.of(effect.design(self._source.of(r, key[1]))) for r in self.campaign.fit)
+            self._means[key] = np.concatenate([_means(d, b) for d, b in zip(designs, self._blocks, strict=True)])
         return self._means[key]
+
+    def _none(self, effect: Effect, measured: Sequence[FloatArray]) -> _Rows:
+        """No series, and so columns of zeros."""
+        spread = np.zeros((len(measured), len(self._noise), 0, len(effect.parameters)))
+        return _Rows(tuple(y[:, :, :0] for y in measured), spread)
 
     def grams(self, templates: Templates, names: frozenset[str] | None = None) -> tuple[Gram, ...]:
         """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
         wanted = [e for e in self.effects if names is None or e.name in names]
         own = {e.name: templates.only(fields_of(e)) for e in wanted}
-        changed = [e for e in wanted if own[e.name].values or (names is not None and e.wide_band)]
+        changed = [e for e in wanted if own[e.name].values or (names is not None and (e.wide_band or e.bought))]
         key = frozenset((e.name, own[e.name]) for e in changed)
         if not changed:
             return self._base
@@ -253,6 +260,11 @@ class _Rows:
     """Whitened series of each run, shape (axes, rows, k)."""
     spread: FloatArray
     """Shape (runs, axes, k, p)."""
+
+
+def _means(design: Mixed, blocks: Sequence[Window]) -> FloatArray:
+    """Block means of an effect's columns on a run, shape (b, 3, p)."""
+    return np.asarray(np.tensordot(means(design.series, blocks), design.spread, axes=1))
 
 
 def _spread_beside(parts: Sequence[FloatArray], runs: int, axes: Sequence[int]) -> FloatArray:

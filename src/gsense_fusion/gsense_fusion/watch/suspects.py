@@ -48,7 +48,7 @@ def rank(energies: OrderEnergies, drivers: Drivers, catalogue: Sequence[Effect])
     for effect in catalogue:
         if not effect.dynamic or not effect.parameters or effect.part_of or effect.missing(drivers) is not None:
             continue
-        parts = [e for e in catalogue if e.part_of == effect.name]
+        parts = [e for e in catalogue if e.part_of == effect.name and not e.bought]
         models = [[effect], [effect, *parts]] if parts else [[effect]]
         fits = [_explained(m, d, energies, white, y) for m in models for d in _variants(effect, drivers)]
         energy, columns = max(fits, key=lambda fit: fit[0] - fit[1] * np.log(noise))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,19 +49,18 @@ class LiveErrors:
 
 @dataclass(frozen=True)
 class Reference:
-    """The rig's true rotation by position: attitude t s + u s^2 about the rail's axes; the board lies along them."""
+    """The rig's true rotation by position about the rail's axes, a polynomial; the board lies along them."""
 
-    t: Array
-    """rad/m, shape (3,)."""
-    u: Array
-    """rad/m^2, shape (3,)."""
+    powers: Mapping[int, Array]
+    """Coefficients by power of the position, rad/m^power, each shape (3,)."""
 
     def rate(self, time: Array, position: Array, velocity: Array, wanted: Array) -> Array:
         """Angular rate at the times `wanted`, shape (n, 3), from the carriage's motion at `time`."""
         if time.size < 2:
             raise ValueError("too few samples of the carriage's motion arrived")
         s, v = np.interp(wanted, time, position)[:, None], np.interp(wanted, time, velocity)[:, None]
-        turning: Array = v * (self.t + 2.0 * s * self.u)
+        slopes = (power * s ** (power - 1) * coefficient for power, coefficient in self.powers.items())
+        turning: Array = v * sum(slopes, np.zeros(3))
         return turning
 
 
@@ -69,7 +69,8 @@ def read_reference(path: Path) -> Reference | None:
     terms = (yaml.safe_load(path.read_text(encoding="utf-8")) or {}).get("reference") or []
     for term in terms:
         if term.get("effect") == "rail_curvature":
-            return Reference(np.array(term["t"], dtype=float), np.array(term["u"], dtype=float))
+            keys = {{"t": "1", "u": "2"}.get(key, key[1:]): key for key in term if key != "effect"}
+            return Reference({int(n): np.array(term[key], dtype=float) for n, key in keys.items()})
     return None
 
 

@@ -12,7 +12,7 @@ from gsense_fusion.identification.effects.g_resonance import GResonance, Rocking
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
-from gsense_fusion.identification.effects.rail_curvature import RailBend, RailCurvature
+from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
 from gsense_fusion.identification.effects.reversal_rock import ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
 from gsense_fusion.identification.effects.supply_voltage import SupplyVoltage
@@ -28,6 +28,7 @@ REGRESSED: tuple[Effect, ...] = (
     TimeOffset(),
     RailCurvature(),
     RailBend(),
+    *(wave(power) for power in range(3, HIGHEST_POWER + 1)),
     SpeedPickup(),
     FrictionPickup(),
     InertiaPickup(),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import ClassVar
@@ -127,6 +127,8 @@ class Effect(ABC):
     """Whether it moves the mean over drive periods."""
     part_of: ClassVar[str | None] = None
     """Effect of which this one is a further term: never claimed alone, reported with it."""
+    bought: ClassVar[bool] = False
+    """Of a further term: it is in a model only where the search took it, not wherever its effect is."""
     every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
     needs: ClassVar[tuple[str, ...]] = ()
@@ -155,6 +157,11 @@ class Effect(ABC):
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
         """The parameters as the catalogue names them, from those of the columns and the templates."""
         return parameters
+
+
+def parts_of(effects: Iterable[Effect], name: str, model: frozenset[str]) -> list[Effect]:
+    """An effect and its further terms; of those that have to be bought the ones that a model has."""
+    return [e for e in effects if name in (e.name, e.part_of) and (not e.bought or e.name in model)]
 
 
 def along_sign(drivers: Drivers) -> float:
