@@ -108,3 +108,11 @@ def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 
             cases += [Case(group, kinds, energy, seed, rate_hz, plan) for seed in seeds]
     order = np.random.default_rng(first_seed).permutation(len(cases))
     return [cases[i] for i in order]
+
+
+def quick_cases() -> list[Case]:
+    """What `--quick` judges: nulls at two rates, clear effects of motion, rail and temperature, one unknown."""
+    nulls = [Case("null", (), 0.0, 10_000 + i, rate) for i, rate in enumerate((200.0, 100.0, 25.0))]
+    kinds = ("rail_curvature", "temperature_bias", "rectification")
+    singles = [Case("single", (k,), 4000.0, 20_001 + i, 100.0) for i, k in enumerate(kinds)]
+    return [*nulls, *singles, Case("outside", ("air_drag",), 4000.0, 30_001, 100.0)]

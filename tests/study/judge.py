@@ -4,15 +4,25 @@ from __future__ import annotations
 
 import time
 import traceback
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 from gsense_fusion.identification.engine import Settings, close_loop
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import Role
 
 from .cases import Case, with_disturbances
+from .peers import Peer, peers, same
 from .reference import held_out_rms, true_noise
 from .simulator import Session, simulate
+from .simulator.disturbances import NAMED
+
+TAKEN_OUT_EVERY = 4
+"""One in so many large single effects is analysed again without its entry of the catalogue."""
+KNOWN_G = 3e-5
+"""(rad/s)/(m/s^2): entries of G with a smaller standard error are identified."""
+AS_SIZED = {"temperature_bias": "c", "supply": "c", "brush_current": "c", "bias_jump": "d"}
+"""Parameter of each mechanism that has the catalogue's own form: size times direction."""
 
 
 @dataclass
@@ -39,6 +49,10 @@ class Outcome:
     """Part of the removable mean square that the findings remove."""
     z: dict[str, float] = field(default_factory=dict)
     """(estimate - truth) / stderr of each parameter whose truth is known."""
+    without: str = ""
+    """Verdict with the true effect and its listed rivals out of the catalogue; empty where it was not tried."""
+    peers: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """By method: found, exact (None for a fixed model), floor_ratio."""
     why: str = ""
     seconds: float = 0.0
 
@@ -50,6 +64,15 @@ def analyse(session: Session, settings: Settings | None = None) -> LoopResult:
     )
 
 
+def without_them(case: Case, session: Session, out: Outcome) -> LoopResult:
+    """The analysis by a catalogue that has neither the true effect nor its rivals."""
+    settings = Settings(session.runs[0][0].sensor)
+    gone = case.names.union(*out.rivals, case.beside)
+    kept = tuple(e for e in settings.catalogue if e.name not in gone and e.part_of not in gone)
+    kept = tuple(e for e in kept if not gone.intersection(e.needs))
+    return analyse(session, replace(settings, catalogue=kept))
+
+
 def judge(case: Case) -> Outcome:
     """Simulate, analyse, compare; an exception is an outcome of its own."""
     out = Outcome(case.group, case.label, case.energy, case.seed)
@@ -59,6 +82,8 @@ def judge(case: Case) -> Outcome:
         result = analyse(session)
         out.seconds = time.process_time() - start
         compare(case, session, result, out)
+        if case.group == "single" and case.energy >= 4000 and out.exact and case.seed % TAKEN_OUT_EVERY == 0:
+            out.without = without_them(case, session, out).verdict
     except Exception:  # noqa: BLE001  (one bad session must not end a study of hours)
         out.why = traceback.format_exc(limit=-3)
     return out
@@ -85,12 +110,18 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
     noise = held_out_rms(session, true_noise(session))
     out.floor_ratio = result.rate_rms.full / noise
     out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise
+    out.peers = {name: _peer(p, truth) for name, p in peers(session, noise).items()}
     removable = result.rate_rms.declared**2 - noise**2
     if removable > 0:
         out.removed = 1.0 - (result.rate_rms.full**2 - noise**2) / removable
-    out.z = deviations(session, result)
+    out.z = deviations(session, result) if out.exact else {}
     if result.unexplained is not None:
         out.why = result.unexplained.description
+
+
+def _peer(peer: Peer, truth: frozenset[str]) -> dict[str, Any]:
+    exact = same(peer.found, truth) if peer.selects else None
+    return {"found": peer.found, "exact": exact, "floor_ratio": peer.floor_ratio}
 
 
 def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str], beside: frozenset[str]) -> bool:
@@ -106,18 +137,22 @@ def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str], 
 def deviations(session: Session, result: LoopResult) -> dict[str, float]:
     """(estimate - truth) / stderr of the found parameters whose truth is known."""
     size = {d.kind: d.size for d in session.parameters.disturbances}
-    true: dict[str, float] = {}
-    if "temperature_bias" in size:
-        true |= {f"c_{a}": size["temperature_bias"] * session.direction[i] for i, a in enumerate("xyz")}
+    true: dict[tuple[str, str], float] = {}
+    for kind, letter in AS_SIZED.items():
+        if kind in size:
+            true |= {(NAMED[kind], f"{letter}_{a}"): size[kind] * session.direction[i] for i, a in enumerate("xyz")}
     if "time_offset" in size:
-        true["tau"] = size["time_offset"]
+        true["time_offset", "tau"] = size["time_offset"]
     if "rail_curvature" in size and session.parameters.rail_shape == "arc":
-        true |= {f"t_{a}": session.rail_slope[i] for i, a in enumerate("xyz")}
-        true |= {f"u_{a}": session.rail_bend[i] for i, a in enumerate("xyz")}
-    out: dict[str, float] = {}
-    for finding in result.findings:
-        if finding.effect in size:
-            for name, p in finding.parameters.items():
-                if name in true and p.stderr > 0:
-                    out[name] = float((p.value - true[name]) / p.stderr)
-    return out
+        true |= {("rail_curvature", f"t_{a}"): session.rail_slope[i] for i, a in enumerate("xyz")}
+        true |= {("rail_curvature", f"u_{a}"): session.rail_bend[i] for i, a in enumerate("xyz")}
+    found = {(f.effect, n): p for f in result.findings for n, p in f.parameters.items()}
+    for i, row in enumerate("xyz"):
+        true |= {("g_sensitivity", f"g_{row}{c}"): session.g_matrix[i, j] for j, c in enumerate("xyz")}
+    declared = result.declared_parameters.get("g_sensitivity", {})
+    found |= {("g_sensitivity", n): p for n, p in declared.items() if p.stderr < KNOWN_G}
+    return {
+        f"{effect} {name}": float((p.value - true[effect, name]) / p.stderr)
+        for (effect, name), p in found.items()
+        if (effect, name) in true and p.stderr > 0
+    }

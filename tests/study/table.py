@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from rich.console import Console
@@ -30,6 +30,8 @@ def show(outcomes: Sequence[Outcome], console: Console) -> None:
         )
     console.print(_table(good))
     _figures(good, console)
+    if any(o.peers for o in good):
+        console.print(_peers(good))
     for o in [*errors, *(o for o in good if not o.exact)]:
         what = "ERROR" if o.verdict == "error" else o.verdict
         found = ", ".join(o.found)
@@ -83,14 +85,7 @@ def _figures(good: Sequence[Outcome], console: Console) -> None:
         console.print(
             f"stated noise floor / realised noise: median {np.median(stated):.3f}, 10 % to 90 % {low:.3f} to {high:.3f}"
         )
-    names = sorted({k for o in known for k in o.z})
-    for name in names:
-        z = np.array([o.z[name] for o in known if name in o.z])
-        inside = np.mean(np.abs(z) < 1.96)
-        console.print(
-            f"95 % interval of {name}: covers {100 * inside:.0f} % of {len(z)}; "
-            f"z mean {z.mean():+.2f}, deviation {z.std():.2f}"
-        )
+    _intervals(good, console)
     outside = [o for o in good if o.group == "outside" and o.energy >= 4000]
     if outside:
         flagged = np.mean([o.verdict == "unexplained" for o in outside])
@@ -99,6 +94,65 @@ def _figures(good: Sequence[Outcome], console: Console) -> None:
             f"outside the catalogue, lambda 4000: flagged {100 * flagged:.0f} %, "
             f"with no other claim {100 * alone:.0f} %"
         )
+    without = [o for o in good if o.without]
+    if without:
+        left = sum(o.without == "unexplained" for o in without)
+        console.print(
+            f"the true effect and its rivals out of the catalogue, lambda 4000: "
+            f"{left} of {len(without)} sessions unexplained"
+        )
     console.print(
         f"processor time of one analysis: median {np.median([o.seconds for o in good]):.1f} s" if good else "no session"
     )
+
+
+def _intervals(good: Sequence[Outcome], console: Console) -> None:
+    """How often the 95 % intervals of parameters whose truth is known hold it, where the right set was found."""
+    clear = [o for o in good if o.exact and (o.group == "null" or o.energy >= 400)]
+    everything = np.array([z for o in clear for z in o.z.values()])
+    if not len(everything):
+        return
+    inside = np.mean(np.abs(everything) < 1.96)
+    console.print(f"95 % intervals of all parameters: cover {100 * inside:.1f} % of {len(everything)}")
+    for name in sorted({k for o in clear for k in o.z}):
+        z = np.array([o.z[name] for o in clear if name in o.z])
+        inside = np.mean(np.abs(z) < 1.96)
+        console.print(
+            f"  {name}: covers {100 * inside:.0f} % of {len(z)}; z mean {z.mean():+.2f}, deviation {z.std():.2f}"
+        )
+
+
+def _peers(good: Sequence[Outcome]) -> Table:
+    """The engine beside other methods on the same sessions; singles of lambda 400 and above."""
+    nulls = [o for o in good if o.group == "null" and o.peers]
+    singles = {e: [o for o in good if o.group == "single" and o.energy == e and o.peers] for e in (400.0, 4000.0)}
+    table = Table(title="other methods on the same sessions (singles)")
+    heads = ("method", "false alarms", "exact at 400", "exact at 4000", "held-out / noise at 400", "at 4000")
+    for head in heads:
+        table.add_column(head, justify="left" if head == "method" else "right")
+
+    def row(name: str, exact: Callable[[Outcome], bool | None], ratio: Callable[[Outcome], float]) -> None:
+        cells = [_share([_negated(exact(o)) for o in nulls])]
+        cells += [_share([exact(o) for o in singles[e]]) for e in singles]
+        cells += [_spread([ratio(o) for o in singles[e]]) for e in singles]
+        table.add_row(name, *cells)
+
+    row("gsense", lambda o: o.exact, lambda o: o.floor_ratio)
+    for name in dict.fromkeys(n for o in good for n in o.peers):
+        row(name, lambda o, n=name: o.peers[n]["exact"], lambda o, n=name: float(o.peers[n]["floor_ratio"]))  # type: ignore[misc]
+    return table
+
+
+def _negated(value: bool | None) -> bool | None:
+    return None if value is None else not value
+
+
+def _share(hits: Sequence[bool | None]) -> str:
+    """Per cent and number; a dash for methods that select nothing."""
+    known = [h for h in hits if h is not None]
+    return f"{100 * np.mean(known):.0f} % of {len(known)}" if known else "-"
+
+
+def _spread(values: Sequence[float]) -> str:
+    """Median and 90th percentile."""
+    return f"{np.median(values):.2f} ({np.quantile(values, 0.9):.2f})" if values else "-"

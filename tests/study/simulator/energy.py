@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,10 +63,14 @@ def scaled(parameters: SessionParameters, kind: str, energy: float) -> tuple[Dis
     """
     if kind == "speed_noise":
         return Disturbance(kind, 2.0 * parameters.noise.white * (energy / 4000) ** 0.25), energy
-    reference = simulate(replace(parameters, disturbances=()))
+    reference = _without_disturbances(replace(parameters, disturbances=()))
     size, reached = UNIT_SIZE[kind], 0.0
     for _ in range(2 if kind == "rail_curvature" else 1):  # the others are linear in their size
         session = simulate(replace(parameters, disturbances=(Disturbance(kind, size),)))
         reached = whitened_energy(session, reference)
         size *= float(np.sqrt(energy / reached))
     return Disturbance(kind, size), energy
+
+
+_without_disturbances = lru_cache(maxsize=1)(simulate)
+"""Both of a pair are scaled against the same session."""

@@ -54,8 +54,8 @@ def make_rail(rng: np.random.Generator, shape: str, slope: Array, bend: Array) -
 def ride(rail: Rail, travel: Travel) -> Felt:
     """Strapdown kinematics: rate from the rotation between instants, specific force from the true attitude."""
     attitude = Rotation.from_rotvec(rail.turn(travel.position))
-    before = Rotation.from_rotvec(rail.turn(np.concatenate([travel.position[:1], travel.position[:-1]])))
-    after = Rotation.from_rotvec(rail.turn(np.concatenate([travel.position[1:], travel.position[-1:]])))
+    instant = np.arange(len(travel.position))
+    before, after = attitude[np.maximum(instant - 1, 0)], attitude[np.minimum(instant + 1, instant[-1])]
     rate = (before.inv() * after).as_rotvec() * RATE_HZ / 2.0
     tangent = attitude.apply([1.0, 0.0, 0.0])
     ahead = Rotation.from_rotvec(rail.turn(travel.position + 1e-4)).apply([1.0, 0.0, 0.0])
@@ -63,4 +63,4 @@ def ride(rail: Rail, travel: Travel) -> Felt:
     acceleration = tangent * travel.acceleration[:, None] + bend * (travel.velocity**2)[:, None]
     up = rail.level.inv().apply([0.0, 0.0, GRAVITY])
     force = attitude.inv().apply(acceleration + up)
-    return Felt(rate + (rail.level * attitude).inv().apply(rail.earth), force)
+    return Felt(rate + attitude.inv().apply(rail.level.inv().apply(rail.earth)), force)

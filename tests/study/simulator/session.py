@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -139,10 +140,15 @@ def _slow_noise(p: SessionParameters, time: Array, rng: np.random.Generator) -> 
 
 
 def _low_pass(series: Array, c: ChainParameters) -> Array:
-    w = 2 * np.pi * c.filter_hz
+    b, a, settled = _filter(c.filter_hz)
+    return np.asarray(lfilter(b, a, series, axis=0, zi=settled[:, None] * series[:1])[0])
+
+
+@lru_cache(maxsize=4)
+def _filter(filter_hz: float) -> tuple[Array, Array, Array]:
+    w = 2 * np.pi * filter_hz
     b, a = bilinear([w * w], [1.0, np.sqrt(2) * w, w * w], RATE_HZ)
-    zi = lfilter_zi(b, a)[:, None] * series[:1]
-    return np.asarray(lfilter(b, a, series, axis=0, zi=zi)[0])
+    return b, a, lfilter_zi(b, a)
 
 
 def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array) -> tuple[Run, RunTruth]:

@@ -1,0 +1,68 @@
+"""The study itself: its quick part, what it goes on with after an interruption, the methods beside the engine."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+from tests.study.cases import Case
+from tests.study.judge import Outcome
+from tests.study.peers import peers, same
+from tests.study.reference import held_out_rms, true_noise
+from tests.study.study import _earlier
+from tests.study.table import show, upper_bound
+
+from .sessions import BOW, made
+
+STUDY = Path(__file__).resolve().parents[2] / "study" / "study.py"
+
+
+@pytest.mark.slow
+def test_quick_study_finds_what_is_there_and_nothing_else(tmp_path: Path) -> None:
+    command = [sys.executable, str(STUDY), "--quick", "--out", str(tmp_path / "quick.jsonl")]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "false alarms on null sessions: 0 of 3" in done.stdout
+
+
+def test_other_methods_see_the_bow_and_those_without_a_column_for_it_leave_it() -> None:
+    session = made(BOW)
+    found = peers(session, held_out_rms(session, true_noise(session)))
+    for name in ("OLS, nested F-tests", "STLSQ"):
+        assert "rail_curvature" in found[name].found
+        assert found[name].floor_ratio < 1.3
+    assert found["G"].floor_ratio > 2.0
+    assert found["thesis's k"].floor_ratio > found["G"].floor_ratio
+    assert same(["jerk_coupling"], frozenset({"time_offset"}))
+
+
+def test_a_broken_line_of_a_killed_study_is_done_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, cases = tmp_path / "outcomes.jsonl", [Case("null", (), 0.0, seed) for seed in (1, 2)]
+    path.write_text(json.dumps(asdict(Outcome("null", "null", 0.0, 1))) + '\n{"group": "nu')
+    assert [o.seed for o in _earlier(path, cases)] == [1]
+    assert "outcomes.jsonl:2" in capsys.readouterr().err
+
+
+def test_table_shows_coverage_and_the_other_methods() -> None:
+    beside = {"OLS": {"found": ["g_cubed"], "exact": False, "floor_ratio": 1.0}}
+    nulls = [Outcome("null", "null", 0.0, i, "nothing_missing", exact=True, peers=beside) for i in range(30)]
+    for i, o in enumerate(nulls):
+        o.z = {"g_sensitivity g_xx": 0.1 * i}
+        Outcome("null", "null", 0.0, i, exact=True, verdict="nothing_missing", z={"g_sensitivity g_xx": 0.1 * i})
+        for i in range(30)
+    ]
+    for o in nulls:
+        o.peers = beside
+    console = Console(width=200, record=True)
+    show(nulls, console)
+    text = console.export_text()
+    assert "cover 66.7 % of 30" in text
+    assert f"{100 * upper_bound(0, 30):.1f} %" in text
+    assert "100 % of 30" in text.split("OLS")[1]
