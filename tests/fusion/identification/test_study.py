@@ -41,9 +41,7 @@ def test_other_methods_see_the_bow_and_those_without_a_column_for_it_leave_it() 
     assert same(["jerk_coupling"], frozenset({"time_offset"}))
 
 
-def test_a_broken_line_of_a_killed_study_is_done_again(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_broken_line_of_a_killed_study_is_done_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, cases = tmp_path / "outcomes.jsonl", [Case("null", (), 0.0, seed) for seed in (1, 2)]
     path.write_text(json.dumps(asdict(Outcome("null", "null", 0.0, 1))) + '\n{"group": "nu')
     assert [o.seed for o in _earlier(path, cases)] == [1]
@@ -55,11 +53,6 @@ def test_table_shows_coverage_and_the_other_methods() -> None:
     nulls = [Outcome("null", "null", 0.0, i, "nothing_missing", exact=True, peers=beside) for i in range(30)]
     for i, o in enumerate(nulls):
         o.z = {"g_sensitivity g_xx": 0.1 * i}
-        Outcome("null", "null", 0.0, i, exact=True, verdict="nothing_missing", z={"g_sensitivity g_xx": 0.1 * i})
-        for i in range(30)
-    ]
-    for o in nulls:
-        o.peers = beside
     console = Console(width=200, record=True)
     show(nulls, console)
     text = console.export_text()
