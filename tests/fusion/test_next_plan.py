@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 import yaml
 
+from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.close_loop import main as close_loop
-from gsense_fusion.comparison.command import campaign_bags
 from gsense_fusion.identification.types import Role
 from gsense_rig.simulate import main as simulate
 

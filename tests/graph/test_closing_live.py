@@ -19,8 +19,8 @@ from tests.fusion.test_next_plan import SWEEP, UNIT
 
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.imu_message import parse_imu
+from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.close_loop import main as close_loop
-from gsense_fusion.comparison.command import campaign_bags
 from gsense_fusion.compensation import load_compensation
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.types import Role

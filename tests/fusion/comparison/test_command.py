@@ -11,8 +11,9 @@ from rich.console import Console
 from tests.fusion.comparison.reports import result, with_rail
 from tests.fusion.test_report_html import Page
 
+from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.close_loop import main
-from gsense_fusion.comparison.command import campaign_bags, compare_paths
+from gsense_fusion.comparison.command import compare_paths
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.report.document import report_json

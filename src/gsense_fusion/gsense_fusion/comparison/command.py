@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
-import yaml
 from rich.console import Console
 
-from gsense_fusion.bags import is_bag
+from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
@@ -20,7 +19,7 @@ from .document import comparison_json
 from .page import comparison_html
 from .snapshot import Snapshot, load_snapshot, snapshot
 
-REPORT, INDEX = "report.json", "index.yaml"
+REPORT = "report.json"
 Analyse = Callable[[list[tuple[Path, Role]]], LoopResult]
 
 
@@ -59,32 +58,3 @@ def _snapshot(path: Path, analyse: Analyse) -> Snapshot:
     if not path.exists():
         raise IdentificationError(f"{path}: no such file or folder")
     return snapshot(report_document(analyse(campaign_bags(path))), str(path))
-
-
-def campaign_bags(path: Path) -> list[tuple[Path, Role]]:
-    """The bags of a campaign with their roles: those that are done in index.yaml; without one, all, to be fitted.
-
-    Raises:
-        IdentificationError: there are none; one line.
-    """
-    if (path / INDEX).is_file():
-        return _indexed(path)
-    if is_bag(path):
-        return [(path, Role.FIT)]
-    bags = sorted(p for p in path.iterdir() if is_bag(p)) if path.is_dir() else []
-    if not bags:
-        raise IdentificationError(f"{path}: neither a report ({REPORT}) nor a campaign ({INDEX} or bags)")
-    return [(bag, Role.FIT) for bag in bags]
-
-
-def _indexed(folder: Path) -> list[tuple[Path, Role]]:
-    path = folder / INDEX
-    try:
-        runs: Sequence[dict[str, str]] = yaml.safe_load(path.read_text(encoding="utf-8"))["runs"]
-        done = [(folder / r["bag"], Role(r["role"])) for r in runs if r["state"] == "done"]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
-        text = f"{type(error).__name__}: {error}"
-        raise IdentificationError(f"{path}: no index of a campaign ({text})") from error
-    if not done:
-        raise IdentificationError(f"{path}: no run is done; make the campaign first")
-    return done

@@ -47,6 +47,14 @@ class Section:
         """A text, or None where the key is null or absent."""
         return self.text(key) if self.has(key) else None
 
+    def texts(self, key: str) -> tuple[str, ...]:
+        """A text, or a list of texts."""
+        value = self._get(key)
+        found = value if isinstance(value, list) else [value]
+        if not found or not all(isinstance(v, str) and v for v in found):
+            raise ValueError(f"{self.path}{key}: a text or a list of texts is needed, not {value!r}")
+        return tuple(found)
+
     def number(self, key: str, default: float | None = None) -> float:
         """A finite number."""
         if default is not None and not self.has(key):

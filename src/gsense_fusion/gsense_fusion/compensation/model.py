@@ -156,6 +156,11 @@ def write_compensation(path: Path | str, file: CompensationFile) -> None:
         ValueError: a value that is not finite.
         OSError: the folder is not writable.
     """
+    write_atomically(Path(path), compensation_yaml(file))
+
+
+def compensation_yaml(file: CompensationFile) -> str:
+    """The document as text; raises ValueError where a value is not finite."""
     document = {
         "schema": SCHEMA,
         "sensor": file.sensor,
@@ -177,7 +182,7 @@ def write_compensation(path: Path | str, file: CompensationFile) -> None:
             "soft_iron": floats(file.magnetometer.soft_iron),
             "unit": "T",
         }
-    write_atomically(Path(path), yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120))
+    return yaml.safe_dump(document, sort_keys=False, default_flow_style=None, width=120)
 
 
 def _reference_document(term: ReferenceTerm) -> dict[str, Any]:

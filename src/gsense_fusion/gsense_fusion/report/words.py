@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import pi
 
 from gsense_fusion.identification.metrics import Rms
@@ -81,8 +81,13 @@ def separating_run(name: str) -> str:
 
 
 def lead_parameter(finding: Finding) -> tuple[str, Parameter] | None:
+    """The parameter of a finding to quote."""
+    return lead_of(finding.parameters)
+
+
+def lead_of(parameters: Mapping[str, Parameter]) -> tuple[str, Parameter] | None:
     """The parameter to quote: the largest significant one of the unit that is surest; None where no error is known."""
-    known = [(n, p) for n, p in finding.parameters.items() if p.stderr > 0.0]
+    known = [(n, p) for n, p in parameters.items() if p.stderr > 0.0]
     if not known:
         return None
     surest = max(known, key=lambda item: abs(item[1].value) / item[1].stderr)

@@ -1,0 +1,45 @@
+"""The bags of a campaign's folder, with their roles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import yaml
+
+from gsense_fusion.bags import is_bag
+from gsense_fusion.identification.types import IdentificationError, Role
+
+INDEX = "index.yaml"
+
+
+def campaign_bags(path: Path) -> list[tuple[Path, Role]]:
+    """The bags of a campaign with their roles: those that are done in index.yaml; without one, all, to be fitted.
+
+    Args:
+        path: A folder with index.yaml, a folder of bags, or one bag.
+
+    Raises:
+        IdentificationError: there are none; one line.
+    """
+    if (path / INDEX).is_file():
+        return _indexed(path)
+    if is_bag(path):
+        return [(path, Role.FIT)]
+    bags = sorted(p for p in path.iterdir() if is_bag(p)) if path.is_dir() else []
+    if not bags:
+        raise IdentificationError(f"{path}: neither a report (report.json) nor a campaign ({INDEX} or bags)")
+    return [(bag, Role.FIT) for bag in bags]
+
+
+def _indexed(folder: Path) -> list[tuple[Path, Role]]:
+    path = folder / INDEX
+    try:
+        runs: Sequence[dict[str, str]] = yaml.safe_load(path.read_text(encoding="utf-8"))["runs"]
+        done = [(folder / r["bag"], Role(r["role"])) for r in runs if r["state"] == "done"]
+    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        text = f"{type(error).__name__}: {error}"
+        raise IdentificationError(f"{path}: no index of a campaign ({text})") from error
+    if not done:
+        raise IdentificationError(f"{path}: no run is done; make the campaign first")
+    return done
