@@ -141,7 +141,7 @@ def test_a_killed_campaign_is_finished_by_the_same_command(tmp_path: Path) -> No
     [
         ("runs: [{shape: sine, amplitude: 0.3, angular_frequency: 2, duration: 3}]", "leaves the soft limits"),
         ("runs: 7", "has no list `runs:`"),
-        ("runs: [", "line 1 is not YAML"),
+        ("runs: [", "line 1: not YAML"),
         ("runs: [{shape: sine, amplitude: x, angular_frequency: 2, duration: 3}]", "amplitude 'x' is not a number"),
     ],
 )

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import yaml
-
 from gsense_fusion.bags import is_bag
 from gsense_fusion.identification.types import IdentificationError, Role
+from gsense_fusion.yaml_text import parse_yaml
 
 INDEX = "index.yaml"
 
@@ -35,9 +34,9 @@ def campaign_bags(path: Path) -> list[tuple[Path, Role]]:
 def _indexed(folder: Path) -> list[tuple[Path, Role]]:
     path = folder / INDEX
     try:
-        runs: Sequence[dict[str, str]] = yaml.safe_load(path.read_text(encoding="utf-8"))["runs"]
+        runs: Sequence[dict[str, str]] = parse_yaml(path.read_text(encoding="utf-8"))["runs"]
         done = [(folder / r["bag"], Role(r["role"])) for r in runs if r["state"] == "done"]
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (OSError, KeyError, TypeError, ValueError) as error:
         text = f"{type(error).__name__}: {error}"
         raise IdentificationError(f"{path}: no index of a campaign ({text})") from error
     if not done:

@@ -103,7 +103,8 @@ def _many(arguments: argparse.Namespace) -> Options:
 
 def _run(arguments: argparse.Namespace, bags: Sequence[tuple[Path, Role]]) -> LoopResult:
     columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    screen = Console(stderr=True)
+    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress:
         task = progress.add_task("reading bags", total=1.0)
         result, _ = run_request(
             request(arguments, bags), lambda text, part: progress.update(task, description=text, completed=part)

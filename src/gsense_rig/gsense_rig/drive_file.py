@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import yaml
 
 from gsense_rig.control.tuning import IDENTIFIED, TuneError, drive_from_mapping
+from gsense_rig.yaml_text import parse_yaml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -37,8 +38,8 @@ def read(path: Path, nominal: DriveParameters) -> DriveParameters:
         TuneError: the file is not a drive file; the message is one line that names it.
     """
     try:
-        document = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        document = parse_yaml(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
         raise TuneError(f"{path}: {str(error).splitlines()[0]}") from error
     if not isinstance(document, dict) or document.get("schema") != SCHEMA:
         raise TuneError(f"{path}: no drive file (schema {SCHEMA}); call rig/tune to make one")

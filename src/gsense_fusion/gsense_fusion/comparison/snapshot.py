@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +82,7 @@ def load_snapshot(path: Path) -> Snapshot:
         document = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise IdentificationError(f"{path}: {error.strerror or error}") from error
-    except ValueError as error:  # no JSON, or no text
+    except (ValueError, RecursionError) as error:  # no JSON, or no text
         raise IdentificationError(f"{path}: no report of close_loop ({error})") from error
     return snapshot(document, str(path))
 
@@ -143,7 +143,10 @@ def _parameters(values: Mapping[str, Any]) -> dict[str, Parameter]:
 def _parameter(p: Mapping[str, Any]) -> Parameter:
     stderr = inf if p["stderr"] is None else float(p["stderr"])
     doubtful = p.get("significant") is False
-    return Parameter(float(p["value"]), stderr, str(p["unit"]), in_doubt=doubtful)
+    value = float(p["value"])
+    if not isfinite(value) or not stderr >= 0.0:
+        raise ValueError(f"{value} +- {stderr} is no estimate")
+    return Parameter(value, stderr, str(p["unit"]), in_doubt=doubtful)
 
 
 def _covariance(c: Mapping[str, Any]) -> Covariance:
@@ -152,4 +155,6 @@ def _covariance(c: Mapping[str, Any]) -> Covariance:
     plausible = np.array(c["plausible"], dtype=np.float64)
     if matrix.shape != (len(names), len(names)) or plausible.shape != (len(names),):
         raise ValueError(f"covariance of {len(names)} parameters has the shape {matrix.shape}")
+    if not (np.isfinite(matrix).all() and np.isfinite(plausible).all() and (plausible > 0.0).all()):
+        raise ValueError("covariance with values that are no variances")
     return Covariance(names, matrix, plausible)

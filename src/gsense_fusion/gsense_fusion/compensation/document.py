@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import reprlib
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -40,7 +41,7 @@ class Section:
         """A text that is not empty."""
         value = self._get(key)
         if not isinstance(value, str) or not value:
-            raise ValueError(f"{self.path}{key}: a text is needed, not {value!r}")
+            raise ValueError(f"{self.path}{key}: a text is needed, not {_short(value)}")
         return value
 
     def optional_text(self, key: str) -> str | None:
@@ -52,7 +53,7 @@ class Section:
         value = self._get(key)
         found = value if isinstance(value, list) else [value]
         if not found or not all(isinstance(v, str) and v for v in found):
-            raise ValueError(f"{self.path}{key}: a text or a list of texts is needed, not {value!r}")
+            raise ValueError(f"{self.path}{key}: a text or a list of texts is needed, not {_short(value)}")
         return tuple(found)
 
     def number(self, key: str, default: float | None = None) -> float:
@@ -80,7 +81,7 @@ class Section:
     def unit(self, expected: str) -> None:
         """The key `unit`, where it is there, is this one."""
         if self.has("unit") and self._content["unit"] != expected:
-            raise ValueError(f"{self.path}unit: {self._content['unit']!r}, must be {expected!r}")
+            raise ValueError(f"{self.path}unit: {_short(self._content['unit'])}, must be {expected!r}")
 
     def section(self, key: str) -> Section:
         """A mapping inside."""
@@ -109,14 +110,19 @@ class Section:
 def _number(value: Any, where: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
         hint = " (YAML reads 1e-5 as a text: write 1.0e-5)" if isinstance(value, str) else ""
-        raise ValueError(f"{where}: a finite number is needed, not {value!r}{hint}")
+        raise ValueError(f"{where}: a finite number is needed, not {_short(value)}{hint}")
     return float(value)
 
 
 def _vector(value: Any, where: str) -> Vector:
     if not isinstance(value, list) or len(value) != 3:
-        raise ValueError(f"{where}: three numbers are needed, not {value!r}")
+        raise ValueError(f"{where}: three numbers are needed, not {_short(value)}")
     return (_number(value[0], where), _number(value[1], where), _number(value[2], where))
+
+
+def _short(value: Any) -> str:
+    """As Python writes it, never long: a few lines of YAML can name a value a million times."""
+    return reprlib.repr(value)
 
 
 def _kind(value: Any) -> str:

@@ -8,6 +8,8 @@ from typing import Any
 
 import yaml
 
+from gsense_fusion.yaml_text import parse_yaml
+
 from .document import Matrix, Section, Vector, write_atomically
 from .terms import Term, finite, floats, parse_term, term_document
 
@@ -75,11 +77,13 @@ def load_compensation(path: Path | str) -> CompensationFile:
     """
     path = Path(path)
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = parse_yaml(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise CompensationError(f"{path}: cannot be read ({error.strerror or error})") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
-        raise CompensationError(f"{path}: not YAML ({' '.join(str(error).split())})") from error
+    except UnicodeDecodeError as error:
+        raise CompensationError(f"{path}: not UTF-8 text ({error.reason} at byte {error.start})") from error
+    except ValueError as error:
+        raise CompensationError(f"{path}: {error}") from error
     try:
         return _parse(content)
     except ValueError as error:

@@ -151,9 +151,10 @@ def _named(found: Sequence[_Found]) -> list[Session]:
             if taken[name] != f.place:
                 raise ManifestError(f"{taken[name]} and {f.place} are both named {name!r}; one needs another name")
         else:
-            name = next((n for n in _candidates(f) if n not in taken), None)
-            if name is None:
+            free = [n for n in _candidates(f) if n not in taken]
+            if not free:
                 raise ManifestError(f"{f.place}: the same as another entry, {f.home}; give it a `name:`")
+            name = free[0]
             taken[name] = f.place
         out.append(replace(f.session, name=name))
     return out

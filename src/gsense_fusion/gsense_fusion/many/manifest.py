@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
-import yaml
 
 from gsense_fusion.compensation.document import Section
-
-_YAML = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+from gsense_fusion.yaml_text import parse_yaml
 
 
 class ManifestError(ValueError):
@@ -55,15 +51,10 @@ def parse_manifest(text: str, path: Path, choices: Choices) -> tuple[ManifestEnt
         ManifestError: it is not YAML, or says what is not understood; one line with the entry and the key.
     """
     try:
-        content: Any = yaml.load(text, _YAML)  # noqa: S506 # a safe one
-        top = Section("", content)
+        top = Section("", parse_yaml(text))
         entries = [_entry(section, path, choices) for section in top.sections("entries")]
         top.no_others()
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = "" if mark is None else f" line {mark.line + 1}"
-        raise ManifestError(f"{path}:{line} is not YAML: {getattr(error, 'problem', None) or error}") from error
-    except (ValueError, RecursionError) as error:
+    except ValueError as error:
         raise ManifestError(f"{path}: {error}") from error
     if not entries:
         raise ManifestError(f"{path}: has no list `entries:` with at least one entry")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import warnings
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from threading import Lock
@@ -63,7 +64,9 @@ def work(job: Job) -> Outcome:
     """Analyse one session; never raises for what is in its bags."""
     begun = time.perf_counter()
     try:
-        outcome = _work(job)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # of numpy: lines that name no session
+            outcome = _work(job)
     except (BagError, IdentificationError) as error:
         outcome = failed(job, str(error))
     except OSError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import reprlib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import yaml
 
 from gsense_rig.campaign.plan import Plan, PlanRun
 from gsense_rig.recording.bag import storage_file
+from gsense_rig.yaml_text import parse_yaml
 
 SCHEMA = "gsense-index/1"
 INDEX = "index.yaml"
@@ -92,16 +94,25 @@ def read_index(folder: Path) -> Index:
     """Reads `folder/index.yaml`; raises CampaignIndexError."""
     path = folder / INDEX
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-        if data["schema"] != SCHEMA:
-            raise CampaignIndexError(f"{path}: schema {data['schema']!r} is not {SCHEMA}")
-        runs = tuple(
-            IndexEntry(e["bag"], PlanRun(**e["plan"]), e["checksum"], e["state"], e.get("lost"), e.get("rms_error"))
-            for e in data["runs"]
-        )
-        return Index(data["plan"], data["unit_id"], runs)
-    except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError) as error:
-        raise CampaignIndexError(f"{path}: is not an index of a campaign ({type(error).__name__}: {error})") from error
+        data = parse_yaml(path.read_text(encoding="utf-8"))
+        _check_schema(data["schema"])
+        return Index(str(data["plan"]), str(data["unit_id"]), tuple(_entry(e) for e in data["runs"]))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        text = f"{type(error).__name__}: {' '.join(str(error).split())}"
+        raise CampaignIndexError(f"{path}: is not an index of a campaign ({text})") from error
+
+
+def _check_schema(schema: Any) -> None:
+    if schema != SCHEMA:
+        raise ValueError(f"schema {reprlib.repr(schema)} is not {SCHEMA}")
+
+
+def _entry(e: dict[str, Any]) -> IndexEntry:
+    """One run; raises what its kind of mistake raises, among them ValueError for a bag outside of the folder."""
+    bag, plan = e["bag"], e["plan"]
+    if not isinstance(bag, str) or Path(bag).name != bag or not isinstance(plan, dict):
+        raise ValueError(f"bag {reprlib.repr(bag)}: the name of a folder beside the index, with its plan, is needed")
+    return IndexEntry(bag, PlanRun(**plan), e["checksum"], e["state"], e.get("lost"), e.get("rms_error"))
 
 
 def is_intact(folder: Path, entry: IndexEntry) -> bool:

@@ -11,10 +11,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from gsense_rig.control.triangle import triangle_is_possible
 from gsense_rig.sensors.mounting import MOUNTINGS
+from gsense_rig.yaml_text import parse_yaml
 
 SHAPES = ("sine", "triangle", "static")
 ROLES = ("fit", "held_out")
@@ -95,11 +94,9 @@ def parse_plan(text: str, name: str, source: str | None = None) -> Plan:
     """Checks a plan's YAML; `source` is how messages call it."""
     source = source or name
     try:
-        data = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f" line {mark.line + 1}" if mark is not None else ""
-        raise PlanError(f"{source}:{line} is not YAML: {getattr(error, 'problem', error)}") from error
+        data = parse_yaml(text)
+    except ValueError as error:
+        raise PlanError(f"{source}: {error}") from error
     entries = data.get("runs") if isinstance(data, dict) else None
     if not isinstance(entries, list) or not entries:
         raise PlanError(f"{source}: has no list `runs:` with at least one run")

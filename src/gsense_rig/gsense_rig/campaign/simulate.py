@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from gsense_rig.campaign.index import INDEX, Index, checksum, is_intact, read_index, write_yaml
 from gsense_rig.campaign.messages import Batch
 from gsense_rig.campaign.plan import Plan, PlanRun
@@ -19,6 +17,7 @@ from gsense_rig.recording.interleave import Stream, interleave
 from gsense_rig.recording.typestore import typestore
 from gsense_rig.sensors.effects import parse_effects
 from gsense_rig.sensors.parameters import UnitParameters
+from gsense_rig.yaml_text import parse_yaml
 
 TRUTH = "truth.yaml"
 TRUTH_SCHEMA = "gsense-truth/1"
@@ -118,9 +117,16 @@ def _open_folder(plan: Plan, folder: Path, spec: SessionSpec) -> Index:
     if not (folder / INDEX).is_file() or not (folder / TRUTH).is_file():
         raise SimulateError(f"{folder}: is not empty and holds no simulated campaign; give another folder")
     found = read_index(folder)
-    if yaml.safe_load((folder / TRUTH).read_text(encoding="utf-8")) != truth or not found.same_plan(index):
+    if _read(folder / TRUTH) != truth or not found.same_plan(index):
         raise SimulateError(f"{folder}: holds a campaign of another plan, seed or effect; give another folder")
     return found
+
+
+def _read(path: Path) -> Any:
+    try:
+        return parse_yaml(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise SimulateError(f"{path}: {error}; give another folder") from error
 
 
 def _truth(spec: SessionSpec) -> dict[str, Any]:

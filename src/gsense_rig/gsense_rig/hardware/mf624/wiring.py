@@ -6,9 +6,8 @@ import typing
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
-import yaml
-
 from gsense_rig.hardware.interface import HardwareError
+from gsense_rig.yaml_text import parse_yaml
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -50,8 +49,8 @@ def load_wiring(path: Path) -> Wiring:
         HardwareError: unreadable file, unknown name or wrong value; the message is one line.
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8")) or {}
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
+        content = parse_yaml(path.read_text(encoding="utf-8")) or {}
+    except (OSError, ValueError) as error:
         raise HardwareError(f"wiring file {path}: {' '.join(str(error).split())}") from error
     if not isinstance(content, dict):
         raise HardwareError(f"wiring file {path}: expected 'name: value' lines")
