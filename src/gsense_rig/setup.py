@@ -13,7 +13,10 @@ setup(
     maintainer_email="gsense@example.org",
     python_requires=">=3.10",
     packages=find_packages(include=[PACKAGE, f"{PACKAGE}.*"]),
-    package_data={"": ["py.typed", "*.html", "*.j2", "*.yaml", "*.css", "*.js", "*.svg"]},
+    package_data={
+        "": ["py.typed", "*.html", "*.j2", "*.yaml", "*.css", "*.js", "*.svg"],
+        f"{PACKAGE}.dashboard": ["static/*"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{PACKAGE}"]),
         (f"share/{PACKAGE}", ["package.xml"]),
@@ -33,6 +36,7 @@ setup(
             "simulate = gsense_rig.simulate:main",
             "plot_run = gsense_rig.plot_run:main",
             "campaign = gsense_rig.campaign.command:main",
+            "dashboard = gsense_rig.dashboard.command:main",
             "demo = gsense_rig.demo:main",
         ],
     },
