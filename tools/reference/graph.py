@@ -60,6 +60,7 @@ def nodes() -> dict[str, Notes]:
             "gsense_driver bridge": _bridge(),
             "gsense_rig rig": _rig(),
             "gsense_rig record": _record(),
+            "gsense_rig dashboard": _dashboard(),
             "gsense_fusion fusion": _fusion(given),
             "gsense_fusion watch": _watch(given),
         }
@@ -97,6 +98,14 @@ def _record() -> Notes:
 
     with _taking_notes({}) as notes:
         RecorderNode(mock.Mock())
+    return notes
+
+
+def _dashboard() -> Notes:
+    from gsense_rig.dashboard.node import DashboardNode  # noqa: PLC0415
+
+    with _taking_notes({}) as notes:
+        DashboardNode()
     return notes
 
 

@@ -51,6 +51,8 @@ def _nodes(nodes: Mapping[str, Notes]) -> str:
             parts.append(_endpoints("subscribes", notes.subscribes))
         if name == "gsense_rig record":
             parts.append("Subscribes whatever is published, as deep as it is published.\n")
+        if name == "gsense_rig dashboard":
+            parts.append("Subscribes sensors and the filters that a page shows as they appear, best effort.\n")
         parts += _requests("service", notes.services, words.SERVICES)
         parts += _requests("action", notes.actions, words.ACTIONS)
     return "\n".join(parts)
