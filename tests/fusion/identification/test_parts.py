@@ -217,6 +217,21 @@ def test_clipping_is_seen_at_a_full_scale_only() -> None:
     assert clipped(rate, np.clip(force * 3, -2 * 9.80665, 2 * 9.80665), (0,))[0].effect == "accel_clipping"
 
 
+def test_a_flat_top_is_clipping_at_any_level() -> None:
+    r = np.random.default_rng(3)
+    motion = 9.0 * np.sin(np.linspace(0, 200, 7000))
+    force = np.column_stack([motion, 0 * motion, 9.81 + 0 * motion]) + 0.03 * r.standard_normal((7000, 3))
+    rate = 1e-3 * r.standard_normal((7000, 3))
+    lattice = 9.80665 / 8192
+    found = clipped(rate, np.rint(np.minimum(force, 8.0) / lattice) * lattice, (0, 1, 2))
+    assert [(c.effect, c.axis) for c in found] == [("accel_clipping", 0)]
+    assert found[0].level == pytest.approx(8.0, abs=lattice)
+    for step in (lattice, 0.05, 0.5, 2.0):  # as fine or as coarse as it may be, noisy or not
+        assert not clipped(rate, np.rint(force / step) * step, (0, 1, 2))
+        assert not clipped(rate, np.rint(motion / step)[:, None] * step * np.ones(3), (0, 1, 2))
+        assert not clipped(np.rint(rate / step * 1e3) * step / 1e3, force, (0, 1, 2))
+
+
 def test_a_resonance_far_above_the_drive_is_the_acceleration_itself() -> None:
     t = np.arange(0, 20, 0.005)
     a = np.sin(2 * np.pi * t) * np.hanning(len(t))

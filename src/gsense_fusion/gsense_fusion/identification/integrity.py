@@ -24,6 +24,9 @@ LONGEST_RAIL_M = 10.0
 MIN_CLIPPED = 5
 FULL_SCALES_DEG_S = (125.0, 250.0, 300.0, 500.0, 1000.0, 2000.0)
 FULL_SCALES_G = (2.0, 4.0, 8.0, 16.0)
+MIN_FLAT, FLAT_RATIO, FLAT_BAND, FLAT_LEVELS = 20, 5.0, 0.01, 50
+"""A flat top: so many samples at the extreme value, so many times those in this part of the span beside it; and how
+many steps of the lattice the span must have."""
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,7 @@ def _running_mean(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) 
 
 
 def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple[Clipped, ...]:
-    """Axes whose extreme value is a full scale and is reached again and again."""
+    """Axes whose extreme value is a full scale and is reached again and again, or is a flat top at any level."""
     looks = [("gyro_clipping", i, rate[:, i], np.radians(FULL_SCALES_DEG_S), "rad/s") for i in axes]
     looks += [("accel_clipping", i, force[:, i], GRAVITY * np.array(FULL_SCALES_G), "m/s^2") for i in range(3)]
     out = []
@@ -220,4 +223,25 @@ def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple
         samples = int(np.sum(np.abs(series) >= peak * (1 - 1e-9)))
         if samples >= MIN_CLIPPED and np.any(np.abs(peak / scales - 1.0) < 0.01):
             out.append(Clipped(effect, axis, peak, samples, unit))
+            continue
+        flat = [(abs(float(s.max())), n) for s in (series, -series) if (n := _flat_top(s))]
+        if flat:
+            out.append(Clipped(effect, axis, max(x for x, _ in flat), sum(n for _, n in flat), unit))
     return tuple(out)
+
+
+def _flat_top(series: FloatArray) -> int:
+    """Samples at the largest value where they pile up there, else 0: noise thins out to its end, and so does a sine's.
+
+    A noiseless sine has up to 2.4 times as many values in its topmost step as in the next one.
+    """
+    top, span = float(series.max()), float(np.ptp(series))
+    at = series >= top - 1e-9 * span
+    samples = int(at.sum())
+    if samples < MIN_FLAT or samples == len(series):
+        return 0
+    step = top - float(series[~at].max())
+    if step > span / FLAT_LEVELS:  # a coarse lattice has many values at its last step
+        return 0
+    beside = int(np.sum(~at & (series >= top - max(step * (1 + 1e-6), FLAT_BAND * span))))
+    return samples if samples > FLAT_RATIO * beside else 0
