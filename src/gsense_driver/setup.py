@@ -1,12 +1,16 @@
 """Installs gsense_driver as an ament_python package."""
 
+import re
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 PACKAGE = "gsense_driver"
+VERSION = re.findall("<version>(.*)</version>", Path(__file__).with_name("package.xml").read_text(encoding="utf-8"))[0]
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version=VERSION,
     description="Reads the board's frames from a serial line and publishes them as ROS 2 messages.",
     license="Apache-2.0",
     maintainer="gsense developers",

@@ -1,12 +1,16 @@
 """Installs gsense_fusion as an ament_python package."""
 
+import re
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 PACKAGE = "gsense_fusion"
+VERSION = re.findall("<version>(.*)</version>", Path(__file__).with_name("package.xml").read_text(encoding="utf-8"))[0]
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version=VERSION,
     description="Attitude with and without g-compensation, and the effect that the declared model lacks.",
     license="Apache-2.0",
     maintainer="gsense developers",

@@ -1,12 +1,16 @@
 """Installs gsense_rig as an ament_python package."""
 
+import re
+from pathlib import Path
+
 from setuptools import find_packages, setup
 
 PACKAGE = "gsense_rig"
+VERSION = re.findall("<version>(.*)</version>", Path(__file__).with_name("package.xml").read_text(encoding="utf-8"))[0]
 
 setup(
     name=PACKAGE,
-    version="0.1.0",
+    version=VERSION,
     description="Controls the linear rail, or simulates it, and records what the graph publishes.",
     license="Apache-2.0",
     maintainer="gsense developers",

@@ -29,7 +29,6 @@ _PLACEHOLDER = re.compile(r"^(PKG|PACKAGE|COMMAND|EXE)$")
 CANNOT_RUN = {
     "sudo": "changes the system; its files are checked to exist",
     "pip": "the apt way: needs a machine with an installed ROS; `./rig` has its own pins",
-    "uv": "asks a package index; makes tools/requirements, which tests/tools/test_requirements.py checks",
     "pip-audit": "asks a service of the package index",
     "source": "the apt way: needs an installed ROS",
     "colcon": "the apt way; tests/tools builds the same packages by colcon",

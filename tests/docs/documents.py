@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("firmware/*.md")])
-_PROGRAMS = "ros2 sudo pip pip-audit uv cmake ctest source colcon firmware/pic/build firmware/build/\\S+ ls python3?"
+_PROGRAMS = "ros2 sudo pip pip-audit cmake ctest source colcon firmware/pic/build firmware/build/\\S+ ls python3?"
 _BEGIN = rf"(?:\./rig|{_PROGRAMS.replace(' ', '|')})(?![\w-])"
 _SPAN = re.compile(rf"`({_BEGIN} [^`]+)`")
 # output, code and data
