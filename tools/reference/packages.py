@@ -74,5 +74,6 @@ def environment_variables() -> list[str]:
     """Names of the variables that sources and scripts look at."""
     sources = [*ROOT.glob("src/*/gsense_*/**/*.py"), *ROOT.glob("tools/preparation/*.py"), *ROOT.glob("tools/*.sh")]
     sources += [*ROOT.glob("firmware/pic/*.py"), ROOT / "rig", *ROOT.glob("tests/*/*.py")]
-    text = "".join(file.read_text(encoding="utf-8") for file in sources)
-    return sorted(set(re.findall(r"\bGSENSE_[A-Z_]*[A-Z]\b", text)))
+    lines = [line for file in sources for line in file.read_text(encoding="utf-8").splitlines()]
+    named = [line for line in lines if "GSENSE_" in line and re.search(r"env|\$", line) and "{GSENSE_V" not in line]
+    return sorted(set(re.findall(r"\bGSENSE_[A-Z_]*[A-Z]\b", "\n".join(named))))
