@@ -11,7 +11,7 @@ from tests.fusion import report_results as made
 from gsense_fusion.identification.metrics import Rms
 from gsense_fusion.identification.types import Owner, Parameter
 from gsense_fusion.report.units import engineers, interval, number, probability, together
-from gsense_fusion.report.words import CORRECTIONS, TIMING, correction, one_sentence, separating_run
+from gsense_fusion.report.words import CORRECTIONS, TIMING, correction, grouped, one_sentence, separating_run
 
 ENDING = "the rate error below 5 Hz"
 
@@ -144,3 +144,17 @@ def test_intervals() -> None:
     assert interval(Parameter(0.004, 1e-5, "rad/m"), si=True) == "0.004000 +- 0.000020 rad/m"
     assert interval(Parameter(0.02, 0.0, "s")) == "20.0 ms"
     assert interval(Parameter(0.02, float("inf"), "s")) == "20.0 +- unbounded ms"
+
+
+def test_what_could_not_be_decided_for_the_same_reason_stands_in_one_line() -> None:
+    lines = ("g_cubed could not be decided: no motion", "turn the board", "belt_tilt could not be decided: no motion")
+    assert grouped(lines) == ["g_cubed, belt_tilt could not be decided: no motion", "turn the board"]
+
+
+def test_a_magnetic_finding_is_quoted_by_what_it_does_to_the_heading() -> None:
+    parameters = {"d_x": Parameter(-5.2e-6, 4e-8, "T"), "heading": Parameter(0.1508, 0.0016, "rad")}
+    finding = replace(made.rail(), effect="mag_position", parameters=parameters)
+    sentence = one_sentence(replace(made.effects_found(), findings=(finding,)))
+    assert "heading = 8.64 +- 0.18 deg" in sentence
+    assert "the heading suffers, the gyro does not" in sentence
+    assert "uT" in interval(parameters["d_x"], "d_x")

@@ -15,6 +15,7 @@ from gsense_fusion.report.figures import Figure, figures
 from gsense_fusion.report.units import DEG, number, rounded
 from gsense_fusion.report.words import (
     badge,
+    grouped,
     has_motion,
     headline_rms,
     hertz,
@@ -59,7 +60,7 @@ def _content(result: LoopResult) -> dict[str, Any]:
         "unexplained_hz": [] if unexplained is None else [(hertz(w), rounded(w, 2)) for w in unexplained.frequencies],
         "declared": [tables.parameter_table(name, p) for name, p in result.declared_parameters.items()],
         "ranking": tables.ranked_rows(result),
-        "undecided": result.undecided,
+        "undecided": grouped(result.undecided),
         "notes": result.notes,
         "runs": tables.run_rows(result.runs),
         "moving": has_motion(result),

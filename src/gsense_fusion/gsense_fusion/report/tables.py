@@ -85,6 +85,8 @@ class FindingCard:
     probability: str
     before: str
     after: str
+    subtracts: bool
+    """Whether correcting it changes the rate."""
     alternatives: tuple[str, ...]
     separating_run: str | None
 
@@ -191,6 +193,7 @@ def finding_card(finding: Finding) -> FindingCard:
         probability=pretty(probability(finding.p_value)),
         before=f"{before} deg/s",
         after=f"{after} deg/s",
+        subtracts=finding.rate_rms_after != finding.rate_rms_before,
         alternatives=finding.alternatives,
         separating_run=None if finding.separating_run is None else separating_run(finding.separating_run),
     )

@@ -44,10 +44,9 @@ def engineers(unit: str, name: str = "") -> Scale:
     if match:
         power = int(match["power"] or 1)
         return Scale(DEG * GRAVITY**power, "deg/s/g" + ("" if power == 1 else f"^{power}"))
-    if unit.startswith("(rad/s)"):
-        return Scale(DEG, "deg/s" + unit[len("(rad/s)") :])
-    if unit == "rad" or unit.startswith("rad/"):
-        return Scale(DEG, "deg" + unit[len("rad") :])
+    for si, factor, customary in (("(rad/s)", DEG, "deg/s"), ("rad", DEG, "deg"), ("T", 1e6, "uT")):
+        if unit == si or unit.startswith(f"{si}/"):
+            return Scale(factor, customary + unit[len(si) :])
     return Scale(1.0, unit)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import pi
 
+from gsense_fusion.identification.analysis import UNDECIDED
 from gsense_fusion.identification.metrics import Rms
 from gsense_fusion.identification.result import EFFECTS_FOUND, NOTHING_MISSING, Finding, LoopResult, Unexplained
 from gsense_fusion.identification.types import Owner, Parameter
@@ -36,6 +37,7 @@ SEPARATING_RUNS = {
     "small_stroke": "the same frequencies with a stroke of 0.05 m",
 }
 BADGES = {EFFECTS_FOUND: "effects found", NOTHING_MISSING: "nothing is missing"}
+HEADING = "heading"
 LEVEL = 0.02
 """Errors that differ by less than this part are called equal."""
 
@@ -81,7 +83,9 @@ def separating_run(name: str) -> str:
 
 
 def lead_parameter(finding: Finding) -> tuple[str, Parameter] | None:
-    """The parameter of a finding to quote."""
+    """The parameter of a finding to quote: of a magnetic one what it does to the heading."""
+    if HEADING in finding.parameters:
+        return HEADING, finding.parameters[HEADING]
     return lead_of(finding.parameters)
 
 
@@ -93,6 +97,15 @@ def lead_of(parameters: Mapping[str, Parameter]) -> tuple[str, Parameter] | None
     surest = max(known, key=lambda item: abs(item[1].value) / item[1].stderr)
     alike = [item for item in known if item[1].unit == surest[1].unit and item[1].significant]
     return max(alike, key=lambda item: abs(item[1].value), default=surest)
+
+
+def grouped(undecided: Sequence[str]) -> list[str]:
+    """What could not be decided, effects with the same reason in one line, in the order of the first of each."""
+    effects: dict[str, list[str]] = {}
+    for line in undecided:
+        name, _, reason = line.partition(f" {UNDECIDED}: ")
+        effects.setdefault(f" {UNDECIDED}: {reason}" if reason else line, []).append(name if reason else "")
+    return [f"{', '.join(names)}{reason}" for reason, names in effects.items()]
 
 
 def has_motion(result: LoopResult) -> bool:
@@ -142,6 +155,8 @@ def _change(result: LoopResult) -> str:
     noise = f", the noise floor being {rest[0]}" if rest else ""
     if not result.findings:
         return f"{judged_on(result)}, {name} is {declared} deg/s ({raw} with the bias alone){noise}"
+    if all(HEADING in f.parameters for f in result.findings):
+        return f"the heading suffers, the gyro does not; {judged_on(result)}, {name} is {declared} deg/s{noise}"
     return f"{judged_on(result)}, {name} {_verb(rms.declared, rms.full)} {_from_to(declared, full)} deg/s{noise}"
 
 
