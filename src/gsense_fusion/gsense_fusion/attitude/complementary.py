@@ -20,20 +20,15 @@ import numpy as np
 from gsense_fusion.compiling import kernel
 
 from .compiled import CompiledFilter, require_not_negative, require_positive, unit_quaternion
+from .entries import entries
 from .interface import FloatArray
 from .kernels import (
-    SIGNATURE_BATCH,
-    SIGNATURE_FIELD,
-    SIGNATURE_IMU,
     SIGNATURE_STEP,
     heading_error,
     length,
-    load,
-    store,
     tilt_error,
     turn,
     turn_earth,
-    vector,
 )
 
 
@@ -85,36 +80,16 @@ def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def
     return q
 
 
-@kernel(SIGNATURE_IMU, allocates=False)
-def _imu(m, dt, rate, force):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    store(m, _step(m, load(m), dt, vector(rate), vector(force), (0.0, 0.0, 0.0), False))
-
-
-@kernel(SIGNATURE_FIELD, allocates=False)
-def _field(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    store(m, _step(m, load(m), dt, vector(rate), vector(force), vector(mag), True))
-
-
-@kernel(SIGNATURE_BATCH)
-def _batch(m, dt, rate, force, mag):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    out = np.empty((dt.shape[0], 4))
-    fields = mag.shape[0] > 0
-    q = load(m)
-    for i in range(dt.shape[0]):
-        field = vector(mag[i]) if fields else (0.0, 0.0, 0.0)
-        q = _step(m, q, dt[i], vector(rate[i]), vector(force[i]), field, fields)
-        out[i, 0], out[i, 1], out[i, 2], out[i, 3] = q
-    store(m, q)
-    return out
+_ENTRIES = entries(_step, "complementary")
 
 
 class Complementary(CompiledFilter):
     """The complementary filter, compiled."""
 
     name = "complementary"
-    _imu = staticmethod(_imu)
-    _field = staticmethod(_field)
-    _batch = staticmethod(_batch)
+    _imu = staticmethod(_ENTRIES.imu)
+    _field = staticmethod(_ENTRIES.field)
+    _batch = staticmethod(_ENTRIES.batch)
 
     def __init__(
         self, parameters: ComplementaryParameters | None = None, state: ComplementaryState | None = None
