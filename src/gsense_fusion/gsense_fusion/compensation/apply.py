@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .kernel import CAPACITY, MEMORY, batch, step
 from .model import CompensationFile
-from .terms import (
+from .terms.numbers import (
     KIND_FRICTION,
     KIND_SPEED,
     KIND_SUPPLY,

@@ -11,7 +11,8 @@ import yaml
 from gsense_fusion.yaml_text import parse_yaml
 
 from .document import Matrix, Section, Vector, write_atomically
-from .terms import Term, finite, floats, parse_term, term_document
+from .terms import Term, parse_term, term_document
+from .terms.numbers import finite, floats
 
 SCHEMA = "gsense-compensation/1"
 
