@@ -23,7 +23,7 @@ from gsense_fusion.identification.recording.stamps import grid_index, look_at_st
 from gsense_fusion.identification.types import Owner, Role
 from gsense_fusion.report.figures import figures
 
-from .sessions import BASE, BOW, SETTINGS, changed, finding, made, names
+from .sessions import BASE, BOW, SETTINGS, analysed, changed, finding, made, names
 
 Change = Callable[[Run, str], tuple[Run, str]]
 
@@ -98,7 +98,7 @@ def test_clocks_of_one_speed_are_no_finding_and_their_skew_is_within_its_error()
     assert abs(skew.value) < 3 * skew.stderr < 6e-5
 
 
-@pytest.mark.parametrize(("ppm", "anew"), [(200.0, False), (-300.0, True), (2000.0, False)])
+@pytest.mark.parametrize(("ppm", "anew"), [(200.0, False), (-300.0, True), (2000.0, False), (5000.0, False)])
 def test_a_skew_is_found_and_taken_out(ppm: float, anew: bool) -> None:
     campaign, skew = on_one_clock(clean_runs([(run, Role(role)) for run, role in skewed(made(), ppm, anew).runs]))
     assert isinstance(skew, Skew)
@@ -117,6 +117,16 @@ def test_a_skew_leaves_the_other_findings_alone() -> None:
     assert found.owner is Owner.CHAIN
     assert found.parameters["skew"].value == pytest.approx(3e-4, abs=1e-5)
     assert "clock_skew" in {f.key for f in figures(result)}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ppm", [5000.0, -20000.0])
+def test_nothing_remains_of_a_large_skew_that_is_taken_out(ppm: float) -> None:
+    """A sensor's own oscillator: 1 % of tolerance is usual. At the session's end the clocks are seconds apart."""
+    result, without = analyse(skewed(made(), ppm), SETTINGS), analysed()
+    assert (result.verdict, names(result)) == ("effects_found", ["clock_skew"]), result.unexplained
+    assert finding(result, "clock_skew").parameters["skew"].value == pytest.approx(ppm * 1e-6, abs=1e-5)
+    assert result.rate_rms.full == pytest.approx(without.rate_rms.full, rel=0.01)
 
 
 @pytest.mark.slow

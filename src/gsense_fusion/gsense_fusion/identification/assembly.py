@@ -94,13 +94,14 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
 def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
     """Linear parameters with their errors (those of the effect's further terms too), then the searched ones."""
     out = {}
-    for part in parts_of(likelihood.effects, effect.name, fit.names):
+    parts = parts_of(likelihood.effects, effect.name, fit.names)
+    for part in parts:
         first = likelihood.columns.start[part.name]
         spread = refinement_variance(likelihood, fit, part)
         for i, parameter in enumerate(part.parameters):
             stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0) + spread[first + i]))
             out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
-    for template in effect.templates:
+    for template in (t for e in parts for t in e.templates):
         value = fit.templates.get(template.field, template.default)
         known = not template.optional or value != template.default
         stderr = template_stderr(likelihood, fit, template) if known else 0.0

@@ -122,8 +122,23 @@ def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra
     first = likelihood.columns.start["g_sensitivity"]
     G = fit.beta_in(residual.data.mounting_number)[first : first + 9].reshape(3, 3)
     late = np.exp(-2j * np.pi * residual.frequency * fit.templates.gyro_delay_s)[:, None]
-    white = (extra.felt * late) @ G.T * residual.bins.weight
+    white = ((extra.felt * late) @ G.T + _through_mount(likelihood, fit, residual, extra)) * residual.bins.weight
     return np.stack([white.real, white.imag])
+
+
+def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> ComplexArray:
+    """What the effects of the fit that answer to vibration make of what the accelerometer feels, shape (m, 3)."""
+    out = np.zeros_like(extra.felt)
+    drivers = likelihood.source.of(residual.data, fit.templates)
+    if drivers.mounting is None or drivers.mounting.along is None:
+        return out
+    along = extra.felt @ drivers.mounting.along
+    beta = fit.beta_in(residual.data.mounting_number)
+    for effect in (e for e in likelihood.effects if e.name in fit.names):
+        answer = effect.vibration(residual.frequency, drivers)
+        if answer is not None:
+            out = out + along[:, None] * (answer @ beta[likelihood.columns.index(frozenset({effect.name}))])
+    return np.asarray(out)
 
 
 def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]) -> list[WindowResidual]:

@@ -146,7 +146,7 @@ class Selection:
         for name in fit.names:
             effect = self.effects[name]
             paid = sum(not t.optional or fit.templates.get(t.field, t.default) != t.default for t in effect.templates)
-            dear, cheap = (dear + paid, cheap) if effect.dynamic else (dear, cheap + paid)
+            dear, cheap = (dear + paid, cheap) if effect.dynamic and not effect.bought else (dear, cheap + paid)
         log_n = float(np.log(self.likelihood.samples))
         cheap_columns = self._slow_rank(fit) + self._bought_rank(fit)
         cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)

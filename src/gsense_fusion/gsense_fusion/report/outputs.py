@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import yaml
@@ -81,6 +82,10 @@ def compensation(result: LoopResult) -> CompensationFile:
             delay = values["tau"].value
         elif (term := _term(name, values, result)) is not None:
             terms.append(term)
+            if isinstance(term, GResonance) and "f2" in values:  # the mount's second mode
+                terms.append(
+                    replace(term, c=_vector(values, "c2"), f0=values["f2"].value, damping=values["damping2"].value)
+                )
     return CompensationFile(
         sensor=result.sensor.strip("/").split("/")[0] or result.sensor,
         unit_id=result.unit_id,

@@ -8,7 +8,7 @@ from gsense_fusion.identification.effects.belt_tooth import BeltTooth, BeltTooth
 from gsense_fusion.identification.effects.bias_jump import BiasJump
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
 from gsense_fusion.identification.effects.g_cubed import GCubed
-from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount
+from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
@@ -38,6 +38,7 @@ REGRESSED: tuple[Effect, ...] = (
     JerkCoupling(),
     GResonance(),
     RockingMount(),
+    SecondMode(),
     ReversalRock(),
     BeltTooth(),
     BeltToothAngle(),

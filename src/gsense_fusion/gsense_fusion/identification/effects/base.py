@@ -14,7 +14,7 @@ from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.noise import Response
-from gsense_fusion.identification.types import FloatArray, Owner, Parameter
+from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner, Parameter
 
 
 @dataclass(frozen=True)
@@ -152,6 +152,15 @@ class Effect(ABC):
 
     def felt(self, drivers: Drivers) -> FloatArray | None:  # noqa: ARG002  (most effects turn nothing)
         """Derivative of the specific force by the parameters, shape (n, 3, p), m/s^2 per unit; None where zero."""
+        return None
+
+    def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray | None:  # noqa: ARG002
+        """What the parameters make of a vibration along the rail that the encoder does not show, by frequency.
+
+        Returns:
+            Rate's spectrum per unit of the acceleration's and of the parameters, shape (m, 3, p); None where zero.
+
+        """
         return None
 
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:

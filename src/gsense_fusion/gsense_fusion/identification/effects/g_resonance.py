@@ -14,8 +14,8 @@ from gsense_fusion.identification.effects.base import (
     per_axis,
     spec,
 )
-from gsense_fusion.identification.effects.design import Design
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.effects.design import Design, Mixed
+from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner
 
 
 class GResonance(Effect):
@@ -44,6 +44,12 @@ class GResonance(Effect):
         damping = drivers.templates.get("resonance_damping", 0.1)
         return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.acceleration, f0, damping))
 
+    def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:
+        """What the mode makes of a vibration along the rail."""
+        f0 = drivers.templates.get("resonance_hz", 10.0)
+        damping = drivers.templates.get("resonance_damping", 0.1)
+        return np.asarray(along_sign(drivers) * transfer(frequency_hz, f0, damping)[:, None, None] * np.eye(3))
+
 
 class RockingMount(Effect):
     """The board truly turns on its mount: the rate of the same mode's sway, a quarter of a period ahead of it."""
@@ -67,10 +73,62 @@ class RockingMount(Effect):
         damping = drivers.templates.get("resonance_damping", 0.1)
         return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.jerk, f0, damping))
 
+    def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:
+        """What the mode makes of a vibration along the rail."""
+        f0 = drivers.templates.get("resonance_hz", 10.0)
+        damping = drivers.templates.get("resonance_damping", 0.1)
+        turn = 2j * np.pi * frequency_hz * transfer(frequency_hz, f0, damping)
+        return np.asarray(along_sign(drivers) * turn[:, None, None] * np.eye(3))
+
+
+class SecondMode(Effect):
+    """A board sways in more than one mode: the same two columns through another resonance."""
+
+    name = "g_resonance_second"
+    owner = Owner.MOUNT
+    equation = "c2 h(f2, damping2) * a + c2' d/dt (h(f2, damping2) * a)"
+    source = GResonance.source
+    parameters = (
+        *spec("c2_x c2_y c2_z", "(rad/s)/(m/s^2)", 3e-4),
+        *spec("rate2_x rate2_y rate2_z", "(rad/s)/(m/s^3)", 1e-5),
+    )
+    templates = (
+        TemplateSpec("f2", "Hz", "resonance2_hz", (3.5, 6.0, 10.0, 15.0, 24.0), 1.5, 45.0, 5.0, default=20.0),
+        TemplateSpec("damping2", "1", "resonance2_damping", (0.05, 0.2), 0.005, 0.9, 0.05, default=0.1),
+    )
+    needs = ("g_resonance",)
+    part_of = "g_resonance"
+    bought = True
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the resonance needs."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> Mixed:
+        """Filtered acceleration and jerk on each axis, shape (n, 3, 6)."""
+        f0, damping = self._mode(drivers)
+        kin, sign = drivers.kinematics, along_sign(drivers)
+        swayed = (sign * resonant(drivers.time, x, f0, damping) for x in (kin.acceleration, kin.jerk))
+        return Mixed.beside([per_axis(x) for x in swayed])
+
+    def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:
+        """What the mode makes of a vibration along the rail."""
+        sway = along_sign(drivers) * transfer(frequency_hz, *self._mode(drivers))
+        both = np.stack([sway, 2j * np.pi * frequency_hz * sway], axis=1)
+        return np.asarray((both[:, None, :, None] * np.eye(3)[None, :, None, :]).reshape(-1, 3, 6))
+
+    @staticmethod
+    def _mode(drivers: Drivers) -> tuple[float, float]:
+        return drivers.templates.get("resonance2_hz", 20.0), drivers.templates.get("resonance2_damping", 0.1)
+
+
+def transfer(frequency_hz: FloatArray, f0: float, damping: float) -> ComplexArray:
+    """f0^2 / (f0^2 - f^2 + 2 i damping f0 f), shape of the frequencies."""
+    return np.asarray(f0**2 / (f0**2 - frequency_hz**2 + 2j * damping * f0 * frequency_hz))
+
 
 def resonant(time: FloatArray, series: FloatArray, f0: float, damping: float) -> FloatArray:
     """A series (n,) that begins and ends at rest through f0^2 / (f0^2 - f^2 + 2 i damping f0 f), shape (n,)."""
     n = next_fast_len(len(series) + int(4.0 / (damping * f0) / max(float(np.median(np.diff(time))), 1e-4)), real=True)
-    f = np.fft.rfftfreq(n, float(np.median(np.diff(time))))
-    response = f0**2 / (f0**2 - f**2 + 2j * damping * f0 * f)
+    response = transfer(np.fft.rfftfreq(n, float(np.median(np.diff(time)))), f0, damping)
     return np.asarray(irfft(rfft(series, n) * response, n)[: len(series)])

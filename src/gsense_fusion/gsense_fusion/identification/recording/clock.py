@@ -11,6 +11,7 @@ from scipy.stats import norm, t
 from gsense_fusion.identification.campaign import Campaign, RunData, build_campaign
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.motion import Harmonics
+from gsense_fusion.identification.recording.rough_clock import rough_skew
 from gsense_fusion.identification.types import FloatArray
 
 ROUNDS = 4
@@ -19,6 +20,8 @@ SHAPE = 1e-5
 """What the carriage's settling after the ramp makes of the skew within runs of 15 s (in simulation up to 1.7e-5)."""
 CORRECTED_FROM = 1e-5
 """A smaller skew moves the ends of a run by less than the delay is known: nothing is corrected."""
+ROUGH = 5e-4
+"""Standard error of a skew that only the motion's ends tell."""
 FEWEST_FREE = 3
 """Runs beyond those that offset and slope take, from which a growing delay is told from a scattering one."""
 PIECES = 6
@@ -47,6 +50,20 @@ def on_one_clock(runs: Sequence[CleanRun]) -> tuple[Campaign, Skew | None]:
     A skew that is not sure, or too small to matter, is reported and left: a correction that is noise would only spoil
     the delays.
     """
+    rough = rough_skew(runs)
+    if rough is None:
+        return _on_near_clocks(runs)
+    campaign, rest = _on_near_clocks([corrected(r, Skew(rough, 0.0, True)) for r in runs])
+    return campaign, Skew(rough, ROUGH, True) if rest is None else _both(Skew(rough, 0.0, True), rest)
+
+
+def _both(first: Skew, then: Skew) -> Skew:
+    """Two corrections one after the other."""
+    return Skew((1.0 + first.value) * (1.0 + then.value) - 1.0, then.stderr, True)
+
+
+def _on_near_clocks(runs: Sequence[CleanRun]) -> tuple[Campaign, Skew | None]:
+    """The same where the clocks are within a fraction of the drive's period of each other."""
     campaign = build_campaign(runs)
     within, across = within_runs(campaign.runs), across_runs(campaign.runs)
     if within is None:
@@ -63,7 +80,7 @@ def on_one_clock(runs: Sequence[CleanRun]) -> tuple[Campaign, Skew | None]:
     rest = across_runs(on.runs)
     if rest is None:
         return on, free
-    exact = Skew((1.0 + within.value) * (1.0 + rest.value) - 1.0, rest.stderr, True)
+    exact = _both(free, rest)
     return build_campaign([corrected(r, exact) for r in runs]), exact
 
 

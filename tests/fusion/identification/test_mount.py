@@ -1,0 +1,56 @@
+"""A board that sways on its mount, in one mode or in two."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import ChainParameters
+
+from gsense_fusion.compensation import GResonance as Term
+from gsense_fusion.identification.campaign import Kinematics
+from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode, resonant
+from gsense_fusion.report.outputs import compensation
+
+from .sessions import BASE, analysed, finding, names
+
+
+@pytest.mark.slow
+def test_two_modes_are_one_finding_and_nothing_is_left() -> None:
+    base = replace(BASE, seed=3, chain=ChainParameters(rate_hz=100.0))
+    result = analysed(Disturbance("mount_resonance", 3e-5), base=base)
+    assert (result.verdict, names(result)) == ("effects_found", ["g_resonance"]), result.unexplained
+    p = finding(result, "g_resonance").parameters
+    modes = sorted([p["f0"].value, p["f2"].value])
+    assert modes == pytest.approx([3.1, 11.0], rel=0.05)
+    assert len([t for t in compensation(result).terms if isinstance(t, Term)]) == 2
+    assert result.rate_rms.full < 1.06 * result.rate_rms.noise_floor
+
+
+def test_a_vibration_is_answered_as_the_motion_is() -> None:
+    """At one frequency the columns are the acceleration times what `vibration` says."""
+    time = np.arange(0.0, 20.0, 0.005)
+    f = 4.0
+    acceleration = np.sin(2 * np.pi * f * time)
+    jerk = 2 * np.pi * f * np.cos(2 * np.pi * f * time)
+    kin = Kinematics(0 * time, 0 * time, acceleration, jerk)
+    templates = Templates(
+        (("resonance2_damping", 0.2), ("resonance2_hz", 6.0), ("resonance_damping", 0.3), ("resonance_hz", 5.0))
+    )
+    drivers = Drivers(kin, None, None, None, time, templates=templates)
+    middle = slice(1000, 3000)
+    carrier = np.exp(2j * np.pi * f * time[middle])
+    for effect in (GResonance(), RockingMount(), SecondMode()):
+        columns = np.asarray(effect.design(drivers))[middle]
+        answer = effect.vibration(np.array([f]), drivers)[0]
+        expected = np.imag(carrier[:, None, None] * answer)
+        assert columns == pytest.approx(expected, abs=1e-2 * np.abs(expected).max())
+
+
+def test_a_mode_far_above_the_drive_is_the_drive() -> None:
+    time = np.arange(0.0, 10.0, 0.005)
+    slow = np.sin(2 * np.pi * 0.5 * time)
+    assert resonant(time, slow, 40.0, 0.3) == pytest.approx(slow, abs=0.02)
