@@ -84,14 +84,31 @@ def beside(likelihood: Likelihood, fit: Fit, columns: FloatArray) -> Chance:
     return chance(likelihood.slow, slow_residual(likelihood, fit), columns, known_columns(likelihood, fit))
 
 
-def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float) -> float:
+def motion_offsets(likelihood: Likelihood) -> FloatArray:
+    """A column for each run: one while its carriage moves, zero at rest and in other runs, shape (b, runs)."""
+    moving = np.array([w.moving for _, w in likelihood.cuts], dtype=bool)
+    run = likelihood.blocks.run
+    return np.asarray(((run[:, None] == np.unique(run[moving])[None]) & moving[:, None]).astype(float))
+
+
+def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float, free_motion: bool = False) -> float:
     """Chance that drift alone makes some slow effect gain as much as an effect beside a model without it.
 
-    `gain`: its own, for an effect that is no common column on every axis.
+    Args:
+        likelihood: The data.
+        fit: The model without the effect.
+        name: The effect.
+        gain: Its own in twice the log-likelihood, for an effect that is no common column on every axis.
+        free_motion: Every run may have any mean rate while it moves: what something unexplained in the motion does to
+            the means is then no evidence, what rest shows and what changes within a run still is.
+
     """
     tried = slow_alternatives(likelihood)
     if not tried.columns.shape[1]:
         return 1.0
-    found = beside(likelihood, fit, tried.columns)
+    known = known_columns(likelihood, fit)
+    if free_motion:
+        known = np.concatenate([known, motion_offsets(likelihood)], axis=1)
+    found = chance(likelihood.slow, slow_residual(likelihood, fit), tried.columns, known)
     own = [g for g, n in zip(found.gains, tried.names, strict=True) if n == name]
     return found.p_value(float(max(own)) if own else gain)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.felt_harmonics import with_felt_orders
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.motion import CarriageMotion, Kinematics
 from gsense_fusion.identification.mounting import (
@@ -118,7 +119,8 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
         else:  # a still pose held by nothing but the table: a mounting of its own
             mountings.append(_pose(found))
             k, mounting = len(mountings) - 1, mountings[-1]
-        data.append(RunData(run, motion, found, mounting, k, _windows(run, motion, late), late))
+        moved = with_felt_orders(motion, run, found.along, late)
+        data.append(RunData(run, moved, found, mounting, k, _windows(run, motion, late), late))
     return Campaign(tuple(data), tuple(mountings), delay)
 
 
@@ -172,6 +174,7 @@ def _cut(run: CleanRun, start: float, stop: float, moving: bool) -> Window:
 
 SPLINE_HZ = 200.0
 """Knots between which a delayed motion is interpolated: its derivatives end at 20 Hz."""
+RINGING_SPLINE_HZ = 500.0
 
 
 class DriverSource:
@@ -183,8 +186,9 @@ class DriverSource:
         n = len(campaign.runs)
         self._cached = lru_cache(maxsize=2 * n)(self._make)
         self._moved = lru_cache(maxsize=4 * n)(self._kinematics)
-        self._force = lru_cache(maxsize=4 * n)(lambda data, delay: specific_force(data, self._moved(data, delay)))
+        self._force = lru_cache(maxsize=4 * n)(self._specific_force)
         self._spline = lru_cache(maxsize=n)(_motion_spline)
+        self._ringing = lru_cache(maxsize=n)(_ringing_spline)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
         """V0 of supply_voltage: the fit runs' mean, V."""
@@ -213,6 +217,21 @@ class DriverSource:
         if gyro_delay_s == 0.0 or data.motion.moving is None:
             return data.motion.at(time)
         return Kinematics(*self._spline(data)(time - gyro_delay_s).T)
+
+    def _specific_force(self, data: RunData, gyro_delay_s: float) -> FloatArray | None:
+        kin = self._moved(data, gyro_delay_s)
+        if data.motion is None or data.motion.ringing is None:
+            return specific_force(data, kin)
+        time = data.run.time - data.delay_s
+        ringing = self._ringing(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
+        return specific_force(data, replace(kin, acceleration=kin.acceleration + ringing))
+
+
+def _ringing_spline(data: RunData) -> CubicSpline:
+    """The same of the acceleration that is felt above the motion's own."""
+    time = data.run.time - data.delay_s
+    knots = np.arange(time[0] - 0.3, time[-1] + 0.3, 1.0 / max(RINGING_SPLINE_HZ, data.run.rate_hz))
+    return CubicSpline(knots, np.zeros(len(knots)) if data.motion is None else data.motion.ringing_at(knots))
 
 
 def _motion_spline(data: RunData) -> CubicSpline:

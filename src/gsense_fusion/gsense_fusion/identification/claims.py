@@ -25,6 +25,8 @@ FELT_CLAIM_GAIN = 40.0
 G for the gyro)."""
 REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
+IN_MOTION = frozenset({"orders", "unequal", "lines", "band", "intensity"})
+"""Kinds of symptoms that only motion shows."""
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""
 
@@ -78,11 +80,7 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
     tested = _fit(selection, names + refinements)
     left = residuals(likelihood, tested, likelihood.campaign.fit)
     symptoms, explained = explain_noise(likelihood, tested, left, statistical)
-    unequal = [
-        n
-        for n in names
-        if selection.effects[n].dynamic and not homogeneity(likelihood, tested, selection.effects[n]).holds
-    ]
+    unequal = _unequal(selection, tested, names)
     symptoms += [_unequal_symptom(selection, tested, n) for n in unequal]
     demoted = list(unequal)
     names = [n for n in names if n not in unequal]
@@ -92,9 +90,31 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
             n for n in names if selection.effects[n].dynamic and _removed_part(selection, rest, n) < LOCKED_PART
         ]
         names = [n for n in names if n not in demoted]
+    if any(s.kind in IN_MOTION for s in symptoms):
+        doubtful = [n for n in names if not selection.effects[n].dynamic and _rests_on_motion(selection, names, n)]
+        notes += [f"{n} rests on the means in motion, where something is unexplained: no claim" for n in doubtful]
+        names = [n for n in names if n not in doubtful]
+        explained, drifts = _without_drift(explained, likelihood, tested, left)
+        symptoms += drifts
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+
+
+def _rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bool:
+    """Whether a slow effect is no more than chance where the means of the runs' motion are free."""
+    rest = _fit(selection, [n for n in names if n != name and name not in selection.effects[n].needs])
+    return p_beside(selection.likelihood, rest, name, 0.0, free_motion=True) > SLOW_ALPHA
+
+
+def _without_drift(
+    explained: dict[str, Explanation], likelihood: Likelihood, fit: Fit, left: Sequence[WindowResidual]
+) -> tuple[dict[str, Explanation], list[Symptom]]:
+    """Explanations but for a drift in motion, which becomes a symptom: what else moves the means looks like it."""
+    kept = {n: found for n, found in explained.items() if found.settles != "drift"}
+    if len(kept) == len(explained):
+        return explained, []
+    return kept, [s for s in find_symptoms(likelihood, fit, left) if s.kind == "drift"]
 
 
 def _by_chance(selection: Selection, best: Fit, name: str) -> float:
@@ -124,6 +144,12 @@ def explain_noise(
             symptoms, windows = rest, explanation.windows
             found[effect.name] = explanation
     return symptoms, found
+
+
+def _unequal(selection: Selection, fit: Fit, names: Sequence[str]) -> list[str]:
+    """Dynamic claims that are of another size in every run."""
+    dynamic = [n for n in names if selection.effects[n].dynamic]
+    return [n for n in dynamic if not homogeneity(selection.likelihood, fit, selection.effects[n]).holds]
 
 
 def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:

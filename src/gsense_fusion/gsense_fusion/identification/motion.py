@@ -21,6 +21,8 @@ STILL_RANGE_M = 2e-4
 HIGHEST_HARMONIC_HZ = 20.0
 MAX_HARMONICS = 40
 KEEP_SIGMA = 5.0
+LOCKED_PART = 0.2
+"""Of the deviation that rounding to counts makes: what stays in each order, as it repeats with the drive."""
 MIN_PERIODS = 2.5
 MARGINS = (0.2, 0.3, 0.38)
 """Parts of the motion left out at both ends where its middle is fitted."""
@@ -57,6 +59,8 @@ class Harmonics:
     cosine: FloatArray
     sine: FloatArray
     residual_rms: float
+    stderr: float = 0.0
+    """Of each amplitude, m: counts are rounded alike in every period, which no averaging takes out."""
 
     @property
     def amplitude(self) -> float:
@@ -113,6 +117,10 @@ class CarriageMotion:
         self.moving: Interval | None = max(stretches, key=lambda i: i.duration, default=None)
         self.harmonics: Harmonics | None = None
         self.steady: Interval | None = None
+        self.felt: Harmonics | None = None
+        """What the accelerometer adds to the steady part's acceleration and jerk (`felt_harmonics`)."""
+        self.ringing: Harmonics | None = None
+        """The same above `HIGHEST_HARMONIC_HZ`: it is felt, but no rigid carriage moves so."""
         if self.moving is not None:
             found = _steady_sine(self._time, self._position, self.moving)
             if found is not None:
@@ -145,7 +153,19 @@ class CarriageMotion:
         exact = self.harmonics.at(time[inside])
         for name in ("position", "velocity", "acceleration", "jerk"):
             getattr(smooth, name)[inside] = getattr(exact, name)
+        if self.felt is not None:
+            felt = self.felt.at(time[inside])
+            smooth.acceleration[inside] += felt.acceleration
+            smooth.jerk[inside] += felt.jerk
         return smooth
+
+    def ringing_at(self, time: FloatArray) -> FloatArray:
+        """Acceleration along the rail that the sensor feels on top of `at` at the times (n,), m/s^2."""
+        out = np.zeros(len(time))
+        if self.ringing is not None and self.steady is not None:
+            inside = (time >= self.steady.start) & (time <= self.steady.stop)
+            out[inside] = self.ringing.at(time[inside]).acceleration
+        return out
 
 
 def still_mask(time: FloatArray, position: FloatArray) -> BoolArray:
@@ -258,7 +278,8 @@ def _keep_significant(t: FloatArray, position: FloatArray, w: float, orders: Flo
     beta = _solve(X, position)
     k = len(orders)
     rms = float(np.std(position - X @ beta))
-    return Harmonics(w, origin, float(beta[0]), orders, beta[1 : 1 + k], beta[1 + k :], rms)
+    stderr = max(rms * float(np.sqrt(2.0 / len(t))), LOCKED_PART * rms)
+    return Harmonics(w, origin, float(beta[0]), orders, beta[1 : 1 + k], beta[1 + k :], rms, stderr)
 
 
 def _solve(X: FloatArray, y: FloatArray) -> FloatArray:

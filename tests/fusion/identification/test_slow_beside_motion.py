@@ -1,0 +1,58 @@
+"""Slow effects beside something unexplained in the motion: what they rest on decides whether they are claimed."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import DEG
+
+from gsense_fusion.identification.alternatives import motion_offsets, p_beside
+from gsense_fusion.identification.analysis import Analysis
+from gsense_fusion.identification.claims import SLOW_ALPHA
+from gsense_fusion.identification.engine import analyse
+from gsense_fusion.identification.types import Role
+
+from .sessions import SETTINGS, made
+
+
+def _analysis(*disturbances: Disturbance) -> Analysis:
+    runs = [(run, Role(role)) for run, role in made(*disturbances).runs]
+    return analyse(runs, SETTINGS, lambda _text, _part: None)
+
+
+def _p(a: Analysis, name: str, free_motion: bool) -> float:
+    return p_beside(a.likelihood, a.declared, name, 0.0, free_motion)
+
+
+@pytest.mark.slow
+def test_a_temperature_that_rest_shows_too_is_no_matter_of_the_motion() -> None:
+    a = _analysis(Disturbance("temperature_bias", 0.2 * DEG))
+    assert a.claims.names == ("temperature_bias",)
+    assert _p(a, "temperature_bias", free_motion=True) < SLOW_ALPHA
+
+
+@pytest.mark.slow
+def test_what_moves_the_means_in_motion_alone_is_no_evidence() -> None:
+    """Any offset of the runs' motion leaves the chance as it is where motion is free, and only there."""
+    a = _analysis(Disturbance("temperature_bias", 0.2 * DEG))
+    columns = motion_offsets(a.likelihood)
+    offsets = np.random.default_rng(5).normal(0.0, 0.5 * DEG, (columns.shape[1], 3))
+    shifted = copy.copy(a.likelihood)
+    shifted.blocks = replace(a.likelihood.blocks, rate=a.likelihood.blocks.rate + columns @ offsets)
+    before, after = (p_beside(x, a.declared, "temperature_bias", 0.0, True) for x in (a.likelihood, shifted))
+    assert after == pytest.approx(before, rel=1e-3)
+    tied = [p_beside(x, a.declared, "temperature_bias", 0.0) for x in (a.likelihood, shifted)]
+    assert tied[1] != pytest.approx(tied[0], rel=0.1)
+
+
+@pytest.mark.slow
+def test_each_run_has_its_own_offset_while_it_moves() -> None:
+    a = _analysis()
+    columns = motion_offsets(a.likelihood)
+    moving = [w.moving for _, w in a.likelihood.cuts]
+    assert columns.sum(axis=1).astype(bool).tolist() == moving
+    assert columns.shape[1] == sum(any(w.moving for w in r.windows) for r in a.campaign.fit)
