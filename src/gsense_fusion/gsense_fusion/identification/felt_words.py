@@ -15,6 +15,7 @@ from gsense_fusion.identification.types import FloatArray
 SPEED_TILT = "viscous_tilt"
 SEEN_AT = 7.0
 """Standard errors at which a tilt that only the accelerometer shows is claimed (the square is about its least gain)."""
+ROUNDING = 1e-9
 ACROSS = 2
 """Turns about the first two axes of the rail (along it, and level across it) turn gravity; about the vertical not."""
 
@@ -86,6 +87,7 @@ def _errors(a: Analysis) -> Sequence[float] | None:
     grams = a.likelihood.felt.grams(frozenset({SPEED_TILT}), Templates()).values()
     index = a.likelihood.columns.index(frozenset({SPEED_TILT}))[:ACROSS]
     information: FloatArray = np.sum([g.xx[np.ix_(index, index)] for g in grams], axis=0) if grams else np.zeros((2, 2))
-    if np.linalg.matrix_rank(information) < ACROSS:
+    values = np.linalg.eigvalsh(information)
+    if values[0] <= ROUNDING * values[-1]:  # a direction that the accelerometer says nothing about
         return None
     return [float(e) for e in np.sqrt(np.diag(np.linalg.inv(information)))]
