@@ -29,7 +29,8 @@ from tests.fusion.identification.sessions import BASE, BOW, SETTINGS, G  # noqa:
 from tests.study.judge import analyse  # noqa: E402
 from tests.study.simulator import Disturbance, simulate  # noqa: E402
 
-from gsense_fusion.comparison.differences import Comparison, Status, compare  # noqa: E402
+from gsense_fusion.comparison.changes import Comparison, Status  # noqa: E402
+from gsense_fusion.comparison.differences import compare  # noqa: E402
 from gsense_fusion.comparison.snapshot import Snapshot, snapshot  # noqa: E402
 from gsense_fusion.comparison.words import one_sentence  # noqa: E402
 from gsense_fusion.report.document import report_document  # noqa: E402

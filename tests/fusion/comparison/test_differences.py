@@ -9,8 +9,9 @@ import pytest
 from tests.fusion import report_results as made
 from tests.fusion.comparison.reports import PLAUSIBLE, PRECISION, RNG, TRUE_G, one_mounting, result, shot, with_rail
 
+from gsense_fusion.comparison.changes import FALSE_ALARM, Comparison, Status
 from gsense_fusion.comparison.contrast import contrast
-from gsense_fusion.comparison.differences import FALSE_ALARM, Comparison, Status, compare
+from gsense_fusion.comparison.differences import compare
 from gsense_fusion.comparison.words import one_sentence
 from gsense_fusion.identification.types import IdentificationError, Parameter
 

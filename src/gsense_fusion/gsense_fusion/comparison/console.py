@@ -7,7 +7,7 @@ from rich.table import Table
 
 from gsense_fusion.report.units import probability
 
-from .differences import CHANGES, Comparison
+from .changes import CHANGES, Comparison
 from .words import difference, one_sentence, scalar_difference, value
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from gsense_fusion.identification.types import Parameter
 from gsense_fusion.report.document import plain
 
-from .differences import FALSE_ALARM, Comparison, Difference, EffectChange, ScalarChange
+from .changes import FALSE_ALARM, Comparison, Difference, EffectChange, ScalarChange
 from .snapshot import Snapshot
 from .words import one_sentence
 

@@ -15,7 +15,7 @@ from gsense_fusion.identification.types import Parameter
 from gsense_fusion.report.figures.canvas import STYLE, Figure, legend, panels, to_svg
 from gsense_fusion.report.units import DEG, engineers
 
-from .differences import Comparison, Difference, Status
+from .changes import Comparison, Difference, Status
 from .words import half_width
 
 OLD, NEW, LIMIT = "#9aa5b1", "#1261a0", "#d9730d"

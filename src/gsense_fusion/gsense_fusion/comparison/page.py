@@ -9,7 +9,7 @@ from gsense_fusion.report.html import page
 from gsense_fusion.report.tables import pretty
 from gsense_fusion.report.units import probability
 
-from .differences import FALSE_ALARM, Comparison, Difference, EffectChange, ScalarChange
+from .changes import FALSE_ALARM, Comparison, Difference, EffectChange, ScalarChange
 from .figures import figures
 from .words import BADGES, difference, one_sentence, scalar_difference, value, who
 

@@ -8,7 +8,7 @@ from gsense_fusion.identification.types import Parameter
 from gsense_fusion.report.units import COVERAGE_95, engineers, interval, number, probability
 from gsense_fusion.report.words import listing
 
-from .differences import Comparison, Difference, EffectChange, ScalarChange, Status
+from .changes import Comparison, Difference, EffectChange, ScalarChange, Status
 
 BADGES = {"changed": "something changed", "nothing_changed": "nothing changed"}
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from gsense_fusion.comparison.contrast import IDENTIFIED_VARIANCE
-from gsense_fusion.comparison.differences import CYCLIC
+from gsense_fusion.comparison.effect_changes import CYCLIC
 from gsense_fusion.comparison.snapshot import Estimate, Presence, Snapshot
 from gsense_fusion.identification.types import Parameter
 
