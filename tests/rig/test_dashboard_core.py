@@ -11,7 +11,7 @@ import pytest
 from gsense_rig.campaign.index import Index
 from gsense_rig.campaign.plan import Plan, PlanRun
 from gsense_rig.dashboard.attitude import Quaternion
-from gsense_rig.dashboard.folder import DEPTH, look
+from gsense_rig.dashboard.folder import DEPTH, MAX_LISTED, Folder
 from gsense_rig.dashboard.snapshot import Viewing, graph_message, plain_filters
 from gsense_rig.dashboard.state import (
     BatterySeen,
@@ -25,7 +25,7 @@ from gsense_rig.dashboard.state import (
 )
 from gsense_rig.dashboard.trace import SPAN, STEP, Cursor, Trace
 
-RIG = RigSeen(2, (False, True, False, False), 1, 0.0, math.nan, 0.1, 0.0, 0, "")
+RIG = RigSeen(2, (False, True, False, False), 1, 0.0, math.nan, 0.002, 0, "")
 
 
 def filled(times, column=lambda t: t):
@@ -131,6 +131,8 @@ def test_message_to_a_page():
     json.dumps(message, allow_nan=False)
     assert (message["rig"]["mode"], message["rig"]["light"]) == ("IDLE", "GREEN")
     assert message["rig"]["current"] is None  # not sensed
+    assert message["rig"]["position"] == pytest.approx(0.0995)
+    assert message["rig"]["reference"] == pytest.approx(0.1015)
     assert message["rig"]["switches"] == [False, True, False, False]
     assert message["sensors"] == ["lisy300", "mpu6050"]
     assert (message["sensor"], message["filter"]) == ("mpu6050", "vqf")  # the one with an orientation
@@ -191,11 +193,13 @@ def test_folder(tmp_path):
     found = {"schema": "gsense-close-loop/1", "sensor": "mpu6050", "unit_id": "unit-7", "verdict": "effects_found"}
     (report / "report.json").write_text(json.dumps({**found, "findings": [{"effect": "rail_curvature"}]}))
     (tmp_path / "mine.html").write_text("<p>")  # no page of ours
+    (report / "linked.html").symlink_to(tmp_path / "mine.html")
+    (report / "linked.json").write_text(json.dumps(found))
     deep = tmp_path.joinpath(*"x" * (DEPTH + 1))
     deep.mkdir(parents=True)
     (deep / "report.html").write_text("<p>")
     (deep / "report.json").write_text(json.dumps(found))
-    seen = look(tmp_path)
+    seen = Folder(tmp_path).look()
     campaigns = {campaign.path: campaign for campaign in seen.campaigns}
     assert set(campaigns) == {"c", "bad"}
     assert (campaigns["c"].done, campaigns["c"].total) == (1, 3)
@@ -209,4 +213,21 @@ def test_folder(tmp_path):
 
 
 def test_no_folder(tmp_path):
-    assert look(tmp_path / "none").to_dict() == {"campaigns": [], "reports": [], "left_out": 0}
+    assert Folder(tmp_path / "none").look().to_dict() == {"campaigns": [], "reports": [], "left_out": 0}
+
+
+def test_a_folder_is_read_again_only_where_it_changed(tmp_path, monkeypatch):
+    for number in range(MAX_LISTED + 3):
+        (tmp_path / f"{number}.html").write_text("<p>")
+        (tmp_path / f"{number}.json").write_text('{"schema": "gsense-many/1"}')
+    folder = Folder(tmp_path)
+    first = folder.look()
+    assert len(first.reports) == MAX_LISTED + 3
+    assert (len(first.to_dict()["reports"]), first.to_dict()["left_out"]) == (MAX_LISTED, 3)
+    reads = []
+    monkeypatch.setattr(json, "loads", lambda text: reads.append(text) or {})
+    assert folder.look() == first
+    assert reads == []
+    (tmp_path / "1.json").write_text('{"schema": "something else"}')
+    assert len(folder.look().reports) == MAX_LISTED + 2
+    assert len(reads) == 1

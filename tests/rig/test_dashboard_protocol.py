@@ -128,6 +128,8 @@ def test_token():
     assert Access("127.0.0.1").token != access.token
     assert access.address(8077) == f"http://127.0.0.1:8077/#token={access.token}"
     assert access.token not in repr(access)
+    assert access.warning() is None
+    assert "network" in (Access("0.0.0.0").warning() or "")
     assert Access("::1").address(1).startswith("http://[::1]:1/")
 
 

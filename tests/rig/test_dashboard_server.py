@@ -16,6 +16,7 @@ from tornado.netutil import bind_sockets
 from tornado.websocket import websocket_connect
 
 from gsense_rig.dashboard.access import Access
+from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions
 from gsense_rig.dashboard.pages import MAX_PAGES, Pages
 from gsense_rig.dashboard.server import STATIC, Desk
@@ -31,9 +32,14 @@ class Site:
         self.pilot = FakePilot()
         self.log: list[str] = []
         self.desk = Desk(
-            Access("127.0.0.1"), GraphState(), Pages(1.0), Motions(self.pilot, self.log.append), folder, self.log.append
+            Access("127.0.0.1"),
+            GraphState(),
+            Pages(1.0),
+            Motions(self.pilot, self.log.append),
+            Folder(folder),
+            self.log.append,
         )
-        self.desk.state.take_rig(RigSeen(2, (False,) * 4, 1, 0.0, 0.0, 0.0, 0.0, 0, ""), 0.0)
+        self.desk.state.take_rig(RigSeen(2, (False,) * 4, 1, 0.0, 0.0, 0.0, 0, ""), 0.0)
         (socket,) = bind_sockets(0, "127.0.0.1")
         self.host = f"127.0.0.1:{socket.getsockname()[1]}"
         self.server = HTTPServer(self.desk.application())
@@ -143,7 +149,7 @@ def test_vendored_library_has_its_licence_and_version():
 
 def test_nothing_else_is_served(run):
     async def play(site: Site) -> None:
-        (site.desk.folder / "secret.html").write_text("no report")
+        (site.desk.folder.root / "secret.html").write_text("no report")
         for path in ("static/../server.py", "static/..%2fserver.py", "server.py", "reports/secret.html",
                      "reports/../../etc/passwd", "reports/%2e%2e/secret.html", "static/"):  # fmt: skip
             assert await site.status(path) in {403, 404}, path
@@ -276,7 +282,7 @@ def test_too_many_pages(run):
 def test_reports_are_listed_and_served_where_their_scripts_reach_nothing(run):
     async def play(site: Site) -> None:
         page = await site.page()
-        folder = site.desk.folder / "my report"
+        folder = site.desk.folder.root / "my report"
         folder.mkdir()
         (folder / "report.json").write_text('{"schema": "gsense-close-loop/1", "verdict": "nothing_missing"}')
         (folder / "report.html").write_text("<p>found</p>")

@@ -14,6 +14,7 @@ rclpy = pytest.importorskip("rclpy", reason="no ROS here: run by ./rig test")
 from gsense_driver.bridge_node import Bridge  # noqa: E402
 from gsense_fusion.fusion_node import FusionNode  # noqa: E402
 from gsense_rig import rig_settings  # noqa: E402
+from gsense_rig.dashboard.node import DashboardNode  # noqa: E402
 
 SOURCE = Path(__file__).parents[2] / "src"
 LAUNCH = sorted((SOURCE / "gsense_rig/launch").glob("*.launch.xml"))
@@ -26,7 +27,7 @@ def rig():
     return node
 
 
-NODES = {"rig": rig, "bridge": Bridge, "fusion": FusionNode}
+NODES = {"rig": rig, "bridge": Bridge, "fusion": FusionNode, "dashboard": DashboardNode}
 FILES = {
     "gsense_rig/config/rig.yaml": "rig",
     "gsense_rig/config/demo.yaml": "rig",

@@ -67,6 +67,12 @@ class Access:
         """Whether this is the token."""
         return hmac.compare_digest(token.encode(), self.token.encode())
 
+    def warning(self) -> str | None:
+        """What the address that is served on lets others do; None on this machine alone."""
+        if is_loopback(self.host):
+            return None
+        return f"on {self.host} the whole network may look on, and stop; to move takes the address that is printed"
+
     def address(self, port: int) -> str:
         """What to open in the browser; the token stands behind `#`, which no browser sends anywhere."""
         if self.host in {"0.0.0.0", "::"}:  # noqa: S104 - said by the user

@@ -17,7 +17,8 @@ from rclpy.signals import SignalHandlerOptions
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_rig.dashboard.access import Access, is_loopback
+from gsense_rig.dashboard.access import Access
+from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions
 from gsense_rig.dashboard.node import DashboardNode
 from gsense_rig.dashboard.pages import Pages
@@ -55,16 +56,18 @@ async def _serve(node: DashboardNode, spinner: Spinner, ended: threading.Event) 
     sockets = bind_sockets(settings.port, settings.host)
     access = Access(settings.host, settings.names)
     motions = Motions(Pilot(node), logger.warning)
-    desk = Desk(access, node.state, Pages(settings.page_timeout), motions, settings.folder, logger.info)
+    desk = Desk(access, node.state, Pages(settings.page_timeout), motions, Folder(settings.folder), logger.info)
     server = HTTPServer(desk.application())
     server.add_sockets(sockets)
     spinner.add(node)
-    if not is_loopback(settings.host):
-        reach = f"on {settings.host} the whole network may look on, and stop; moving takes the address that is printed"
-        node.get_logger().warning(reach)
+    reach = access.warning()
+    if reach is not None:
+        logger.warning(reach)
     print(f"dashboard: {access.address(sockets[0].getsockname()[1])}", flush=True)  # noqa: T201
 
     def before_tick() -> None:
+        if not spinner.alive:
+            raise RuntimeError("nothing comes from the graph any more")
         node.watched = desk.watched()
         node.drain()
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -61,33 +61,50 @@ class FolderSeen:
 
     campaigns: tuple[CampaignSeen, ...] = ()
     reports: tuple[ReportSeen, ...] = ()
-    left_out: int = 0
-    """Reports and campaigns that are not listed, for there are too many."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain types."""
+        """Plain types; `left_out` are those beyond MAX_LISTED of each."""
         return {
-            "campaigns": [campaign.to_dict() for campaign in self.campaigns],
-            "reports": [report.to_dict() for report in self.reports],
-            "left_out": self.left_out,
+            "campaigns": [campaign.to_dict() for campaign in self.campaigns[:MAX_LISTED]],
+            "reports": [report.to_dict() for report in self.reports[:MAX_LISTED]],
+            "left_out": sum(max(0, len(found) - MAX_LISTED) for found in (self.campaigns, self.reports)),
         }
 
 
-def look(root: Path) -> FolderSeen:
-    """Read what is there now."""
-    campaigns, reports = [], []
-    for folder, files in _walk(root):
-        if INDEX in files:
-            campaigns.append(_campaign(root, folder))
-        for page in sorted(name for name in files if name.endswith(".html")):
-            document = f"{page.removesuffix('.html')}.json"
-            seen = _report(root, folder / page, folder / document) if document in files else None
-            if seen is not None:
-                reports.append(seen)
-    campaigns.sort(key=lambda entry: -entry.changed)
-    reports.sort(key=lambda entry: -entry.changed)
-    left_out = max(0, len(campaigns) - MAX_LISTED) + max(0, len(reports) - MAX_LISTED)
-    return FolderSeen(tuple(campaigns[:MAX_LISTED]), tuple(reports[:MAX_LISTED]), left_out)
+class Folder:
+    """A folder that is looked into again and again: a file that has not changed is not read again."""
+
+    def __init__(self, root: Path) -> None:
+        self.root = root
+        self._read: dict[Path, tuple[tuple[int, int], Any]] = {}
+
+    def look(self) -> FolderSeen:
+        """What is there now."""
+        campaigns, reports = [], []
+        for folder, files in _walk(self.root):
+            if INDEX in files:
+                seen = self._once(folder / INDEX, lambda file: _campaign(self.root, file))
+                campaigns.append(replace(seen, recording=_recording(folder)))
+            for page in sorted(name for name in files if name.endswith(".html") and not (folder / name).is_symlink()):
+                document = f"{page.removesuffix('.html')}.json"
+                words = self._once(folder / document, _report_words) if document in files else None
+                if words is not None:
+                    reports.append(ReportSeen(_name(self.root, folder / page), _changed(folder / page), *words))
+        campaigns.sort(key=lambda entry: -entry.changed)
+        reports.sort(key=lambda entry: -entry.changed)
+        return FolderSeen(tuple(campaigns), tuple(reports))
+
+    def _once(self, file: Path, read: Callable[[Path], Any]) -> Any:
+        """`read(file)`, or what it gave when the file was the same."""
+        try:
+            status = file.stat()
+            state = status.st_mtime_ns, status.st_size
+        except OSError:
+            state = 0, 0
+        known = self._read.get(file)
+        if known is None or known[0] != state:
+            known = self._read[file] = state, read(file)
+        return known[1]
 
 
 def _walk(root: Path) -> Iterator[tuple[Path, set[str]]]:
@@ -104,14 +121,17 @@ def _name(root: Path, path: Path) -> str:
     return path.relative_to(root).as_posix()
 
 
-def _campaign(root: Path, folder: Path) -> CampaignSeen:
-    name, file = _name(root, folder), folder / INDEX
+def _changed(file: Path) -> float:
     try:
-        changed = file.stat().st_mtime
+        return file.stat().st_mtime
     except OSError:
-        changed = 0.0
+        return 0.0
+
+
+def _campaign(root: Path, file: Path) -> CampaignSeen:
+    name, changed = _name(root, file.parent), _changed(file)
     try:
-        index = read_index(folder)
+        index = read_index(file.parent)
     except (CampaignIndexError, ValueError, AttributeError) as error:
         return CampaignSeen(name, changed, problem=" ".join(str(error).split()))
     pending = [entry.bag for entry in index.runs if entry.state != DONE]
@@ -122,7 +142,6 @@ def _campaign(root: Path, folder: Path) -> CampaignSeen:
         unit_id=str(index.unit_id),
         done=len(index.runs) - len(pending),
         total=len(index.runs),
-        recording=_recording(folder),
         next_run=pending[0] if pending else "",
     )
 
@@ -136,10 +155,10 @@ def _recording(folder: Path) -> str:
     return names[-1] if names else ""
 
 
-def _report(root: Path, page: Path, document: Path) -> ReportSeen | None:
+def _report_words(document: Path) -> tuple[str, str] | None:
+    """Kind and line of a report; None where this is no document of ours."""
     try:
-        changed = page.stat().st_mtime
-        if page.is_symlink() or document.stat().st_size > MAX_JSON:
+        if document.stat().st_size > MAX_JSON:
             return None
         data = json.loads(document.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
@@ -148,7 +167,7 @@ def _report(root: Path, page: Path, document: Path) -> ReportSeen | None:
     if not isinstance(schema, str) or not schema.startswith("gsense-"):
         return None
     kind = schema.removeprefix("gsense-").partition("/")[0]
-    return ReportSeen(_name(root, page), changed, kind, _words(data) if kind == "close-loop" else kind)
+    return kind, _words(data) if kind == "close-loop" else kind.replace("-", " ")
 
 
 def _words(data: dict[str, Any]) -> str:

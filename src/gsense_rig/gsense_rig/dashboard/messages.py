@@ -24,7 +24,6 @@ def rig(message: Any) -> RigSeen:
         light=message.light,
         duty=message.duty,
         current=message.current,
-        reference=message.reference,
         tracking_error=message.tracking_error,
         fault=message.fault,
         fault_text=message.fault_text,

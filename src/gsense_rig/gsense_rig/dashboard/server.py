@@ -15,7 +15,7 @@ import tornado.web
 import tornado.websocket
 
 from gsense_rig.dashboard.access import Access
-from gsense_rig.dashboard.folder import FolderSeen, look
+from gsense_rig.dashboard.folder import Folder, FolderSeen
 from gsense_rig.dashboard.motions import Motions, words
 from gsense_rig.dashboard.pages import Page, Pages
 from gsense_rig.dashboard.protocol import (
@@ -55,7 +55,7 @@ class Desk:
     state: GraphState
     pages: Pages
     motions: Motions
-    folder: Path
+    folder: Folder
     warn: Callable[[str], None]
     seen: FolderSeen = field(default_factory=FolderSeen)
     sockets: dict[int, LiveSocket] = field(default_factory=dict)
@@ -81,7 +81,7 @@ class Desk:
         """For ever: look into the folder, tell the pages what is new."""
         loop = asyncio.get_running_loop()
         while True:
-            seen = await loop.run_in_executor(None, look, self.folder)
+            seen = await loop.run_in_executor(None, self.folder.look)
             if seen != self.seen:
                 self.seen = seen
                 for socket in list(self.sockets.values()):
@@ -150,7 +150,7 @@ class Report(Guarded, tornado.web.RequestHandler):
         if path not in {report.path for report in self.desk.seen.reports}:
             raise tornado.web.HTTPError(404, reason="No such report")
         try:
-            content = await asyncio.get_running_loop().run_in_executor(None, (self.desk.folder / path).read_bytes)
+            content = await asyncio.get_running_loop().run_in_executor(None, (self.desk.folder.root / path).read_bytes)
         except OSError:
             raise tornado.web.HTTPError(404, reason="The report is gone") from None
         self.set_header("Content-Type", "text/html; charset=utf-8")

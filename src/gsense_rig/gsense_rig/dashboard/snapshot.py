@@ -86,7 +86,7 @@ def _rig(state: GraphState, now: float) -> dict[str, Any] | None:
         "fault_text": rig.fault_text,
         "position": number(state.position, 5),
         "velocity": number(state.velocity, 4),
-        "reference": number(rig.reference, 5),
+        "reference": number(state.reference, 5),
         "tracking_error": number(rig.tracking_error, 6),
         "current": number(rig.current, 3),
         "duty": number(rig.duty, 3),

@@ -19,8 +19,8 @@ class RigSeen:
     light: int
     duty: float
     current: float
-    reference: float
     tracking_error: float
+    """Reference minus position, m; 0 where nothing is controlled."""
     fault: int
     fault_text: str
 
@@ -104,6 +104,13 @@ class GraphState:
     filters: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """By sensor, the filters that publish now."""
 
+    @property
+    def reference(self) -> float | None:
+        """Where the carriage should be now, m. From its error: rig/state's own reference is up to 20 ms (24 mm) old."""
+        if self.rig is None or self.position is None:
+            return None
+        return self.position + self.rig.tracking_error
+
     def take_rig(self, rig: RigSeen, now: float) -> None:
         """A rig/state."""
         self.rig, self.rig_heard = rig, now
@@ -111,7 +118,7 @@ class GraphState:
     def take_joint(self, stamp: float, position: float, velocity: float) -> None:
         """A rig/joint_states."""
         self.position, self.velocity = position, velocity
-        self.carriage.add(stamp, (position, position if self.rig is None else self.rig.reference))
+        self.carriage.add(stamp, (position, position if self.reference is None else self.reference))
 
     def take_imu(self, sensor: str, stamp: float, rate: Vector, force: Vector | None, now: float) -> None:
         """A raw sample; `force` None where the sensor does not report it."""

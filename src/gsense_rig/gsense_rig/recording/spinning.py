@@ -38,6 +38,11 @@ class Spinner:
         """Serves it no more; no callback of it runs when this returns."""
         self._do(self._executor.remove_node, node)
 
+    @property
+    def alive(self) -> bool:
+        """Whether nodes are served; a callback that raised has ended it."""
+        return self._thread.is_alive()
+
     def close(self) -> None:
         """Ends the thread."""
         self._ended.set()

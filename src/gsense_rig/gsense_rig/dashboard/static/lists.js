@@ -1,6 +1,6 @@
 // What nodes say, campaigns, reports.
 
-import { byId, figures, make, number } from "./dom.js";
+import { byId, figures, make, number, say } from "./dom.js";
 
 export function showLink(link, battery) {
   const entries = link === null ? [["bridge", "silent", true]] : [
@@ -28,11 +28,12 @@ function fill(list, items, build, empty) {
 }
 
 export function showNotes(notes) {
-  fill(byId("notes"), notes, ({ level, name, text }) => {
-    const item = make("li", `${name}: ${text}`, { class: `level${level}` });
-    item.prepend(["✓ ", "! ", "✗ ", "? "][level]);
-    return item;
-  }, "no diagnostics");
+  const bad = notes.filter(({ level }) => level > 0);
+  const fine = notes.filter(({ level }) => level === 0);
+  fill(byId("notes"), bad, ({ level, name, text }) => make("li", `${["", "!", "✗", "?"][level]} ${name}: ${text}`, { class: `level${level}` }),
+    notes.length ? "no complaints" : "no diagnostics");
+  say(byId("fine"), `${fine.length} fine`);
+  fill(byId("fine-notes"), fine, ({ name, text }) => make("li", `✓ ${name}: ${text}`), "");
 }
 
 export function showFolder({ campaigns, reports, left_out: leftOut }) {
