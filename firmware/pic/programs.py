@@ -129,8 +129,9 @@ class Builder:
         )
 
     def _specialised(self, program: Program) -> str:
-        from specialise import Program as Whole  # noqa: PLC0415 its parser lies in the tools' folder
-        from specialise import Split, parse, specialise  # noqa: PLC0415
+        from propagation import Program as Whole  # noqa: PLC0415 the parser lies in the tools' folder
+        from specialise import specialise  # noqa: PLC0415
+        from units import Split, parse  # noqa: PLC0415
 
         includes = [f"-I{folder}" for folder in (HERE / "headers", CORE, RECEIVER, CHIP)]
         defines = [f"-D{define}" for define in ("__SDCC", *program.defines)]

@@ -113,7 +113,9 @@ def test_a_specialised_program_does_the_same(tmp_path: Path) -> None:
     from toolchain import ensure
 
     sys.path.insert(0, str(ensure().python))
-    from specialise import Program, Split, parse, specialise
+    from propagation import Program
+    from specialise import specialise
+    from units import Split, parse
 
     (tmp_path / "small.c").write_text(SMALL)
     command = ["cpp", "-P", "-nostdinc", f"-I{PIC / 'headers'}", str(tmp_path / "small.c")]
