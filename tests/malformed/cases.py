@@ -13,6 +13,7 @@ import os
 import random
 import shutil
 import signal
+import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Iterator
@@ -236,21 +237,21 @@ MAKERS: tuple[tuple[Maker, int], ...] = (
 """Each kind of case with its share, %."""
 
 
-def run_case(number: int, seed: int, material: Material, folder: Path) -> Verdict:
-    """Make a case, answer it in this process, judge the answer; `folder` is emptied at the end."""
+def run_case(number: int, seed: int, material: Material, folder: Path, *, as_process: bool = False) -> Verdict:
+    """Make a case, answer it in this process or in one of its own, judge the answer; `folder` is removed at the end."""
     draw = random.Random(seed * 1_000_003 + number)
     folder.mkdir()
     try:
         maker = draw.choices([m for m, _ in MAKERS], [share for _, share in MAKERS])[0]
         what, command = maker(material, folder, draw)
         verdict = Verdict(number, what, command)
-        answer(verdict, folder / "out")
+        answer(verdict, folder / "out", _as_process if as_process else _call)
         return verdict
     finally:
         shutil.rmtree(folder, ignore_errors=True)
 
 
-def answer(verdict: Verdict, out: Path) -> None:
+def answer(verdict: Verdict, out: Path, call: Callable[[list[str], Path], int]) -> None:
     """Run the command and note what is wrong with its answer."""
     before = _listing(out)
     stdout, stderr = io.StringIO(), io.StringIO()
@@ -262,7 +263,7 @@ def answer(verdict: Verdict, out: Path) -> None:
             _alarm(LONGEST),
         ):
             warnings.simplefilter("ignore")
-            verdict.code = _call(verdict.command, out)
+            verdict.code = call(verdict.command, out)
     except TimeoutError:
         verdict.faults.append(f"took more than {LONGEST} s")
     except BaseException as error:  # whatever comes is the fault that is looked for
@@ -308,6 +309,27 @@ def _strict_json(path: Path, verdict: Verdict) -> None:
 
 def _listing(folder: Path) -> set[str]:
     return {str(p.relative_to(folder)) for p in folder.rglob("*")} if folder.is_dir() else set()
+
+
+def _as_process(command: list[str], out: Path) -> int:
+    """The command as a user calls it."""
+    name, *arguments = command
+    if name == "load_compensation":
+        return _call(command, out)
+    module = (
+        "gsense_rig.simulate" if name == "simulate" else f"gsense_fusion.{'close_loop' if name == 'many' else name}"
+    )
+    options = ["--manifest", *arguments] if name == "many" else arguments
+    done = subprocess.run(
+        [sys.executable, "-m", module, *options, "--out", str(out)],
+        capture_output=True,
+        check=False,
+        timeout=LONGEST,
+        text=True,
+        errors="replace",
+    )
+    sys.stderr.write(done.stderr)
+    return done.returncode
 
 
 def _call(command: list[str], out: Path) -> int:

@@ -20,8 +20,9 @@ from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, cali
 from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns
 from gsense_fusion.calibration.variants import VARIANTS, WITH_SCALE
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
-from gsense_fusion.compensation import CompensationFile, ScaleMisalignment, write_compensation
-from gsense_fusion.compensation.document import write_atomically
+from gsense_fusion.compensation import CompensationFile, ScaleMisalignment
+from gsense_fusion.compensation.document import write_together
+from gsense_fusion.compensation.model import compensation_yaml
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.types import GRAVITY, IdentificationError, Role
@@ -36,13 +37,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         file = _file(calibration, scaled=arguments.variant in WITH_SCALE)
         out: Path = arguments.out
         out.mkdir(parents=True, exist_ok=True)
-        written = [out / "calibration.json", out / "compensation.yaml"]
-        write_atomically(written[0], calibration_json(calibration))
-        write_compensation(written[1], file)
-        for name in arguments.export:
-            written.append(out / f"{name}.yaml")
-            write_atomically(written[-1], export(file, name))
-        print("\n".join([*words(calibration), *(str(path) for path in written)]))
+        texts = {"calibration.json": calibration_json(calibration), "compensation.yaml": compensation_yaml(file)}
+        texts |= {f"{name}.yaml": export(file, name) for name in arguments.export}
+        write_together(out, texts)
+        print("\n".join([*words(calibration), *(str(out / name) for name in texts)]))
 
     return guarded("calibrate", arguments.fit[0], arguments.out, work)
 

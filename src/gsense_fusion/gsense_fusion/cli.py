@@ -11,6 +11,9 @@ from pathlib import Path
 from gsense_fusion.bags import BagError
 from gsense_fusion.identification.types import IdentificationError, Role
 
+LONGEST_LINE = 1000
+"""Characters of an error."""
+
 
 def add_bag_arguments(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
     """--fit and --held-out."""
@@ -71,5 +74,11 @@ def guarded(command: str, first: Path, out: Path, body: Callable[[], None]) -> i
 
 def fail(command: str, message: str) -> int:
     """One line on stderr; the exit code of unusable input."""
-    sys.stderr.write(f"{command}: {' '.join(message.split())}\n")
+    sys.stderr.write(f"{command}: {one_line(message)}\n")
     return 2
+
+
+def one_line(message: str) -> str:
+    """Without line breaks, and of a bearable length: a file may hold names of a thousand letters."""
+    text = " ".join(message.split())
+    return text if len(text) <= LONGEST_LINE else f"{text[: LONGEST_LINE - 100]} ... {text[-95:]}"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
-from gsense_fusion.compensation.document import write_atomically
+from gsense_fusion.compensation.document import write_together
 from gsense_fusion.compensation.model import compensation_yaml
 from gsense_fusion.identification.analysis import Progress
 from gsense_fusion.identification.catalogue import CATALOGUE
@@ -115,11 +115,10 @@ def result_files(result: LoopResult) -> dict[str, str | None]:
 
 
 def write_files(files: Mapping[str, str | None], out: Path) -> list[Path]:
-    """Write all files into a folder, each complete or not at all; returns their paths."""
+    """Write all files into a folder, all of them or none; returns their paths."""
     out.mkdir(parents=True, exist_ok=True)
-    for name, text in files.items():
-        if text is None:
-            (out / name).unlink(missing_ok=True)  # one of an earlier analysis would mislead
-        else:
-            write_atomically(out / name, text)
-    return [out / name for name, text in files.items() if text is not None]
+    texts = {name: text for name, text in files.items() if text is not None}
+    write_together(out, texts)
+    for name in files.keys() - texts.keys():
+        (out / name).unlink(missing_ok=True)  # one of an earlier analysis would mislead
+    return [out / name for name in texts]

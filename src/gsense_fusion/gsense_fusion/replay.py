@@ -23,12 +23,12 @@ from gsense_fusion.attitude.registry import channels
 from gsense_fusion.bags import BagError, Run, load_run
 from gsense_fusion.bags.imu_message import UNREPORTED
 from gsense_fusion.bags.imu_writer import write_imu_bag
+from gsense_fusion.cli import fail
 from gsense_fusion.compensation import CompensationError, CompensationFile, load_compensation
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.fusion_output import Uncertainty
 
 SCHEMA = "gsense-accuracy/1"
-UNUSABLE = 2
 OWN = "own"
 """Name of the sensor's own fusion in the table."""
 
@@ -63,11 +63,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         result = replay(run, options.filters, file, use_mag=not options.no_mag)
         written = write(result, options.out, bag=not options.no_bag)
     except (BagError, CompensationError, UnknownFilterError, ReplayError) as error:
-        print(f"replay: {' '.join(str(error).split())}", file=sys.stderr)
-        return UNUSABLE
+        return fail("replay", str(error))
     except OSError as error:
-        print(f"replay: {error.filename or options.out}: {error.strerror or error}", file=sys.stderr)
-        return UNUSABLE
+        return fail("replay", f"{error.filename or options.out}: {error.strerror or error}")
     _tell(result)
     for path in written:
         print(path)

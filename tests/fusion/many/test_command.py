@@ -67,7 +67,7 @@ def test_what_is_broken_is_said_and_a_dying_process_takes_no_other_along(
     assert [state for state, _ in found.values()] == ["failed"] * 3
     assert "broken/run_0/run_0_0.mcap" in str(found["broken"][1])
     assert found["killed"][1] == "its process died (signal 9, probably out of memory)"
-    assert "nowhere: No such file" in str(found["gone"][1])
+    assert "nowhere: no such file" in str(found["gone"][1])
     printed = capsys.readouterr()
     assert len(printed.out.splitlines()) == 3 + 3
     assert not printed.err.strip()

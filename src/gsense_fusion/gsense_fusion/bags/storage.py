@@ -169,6 +169,9 @@ def _files(path: Path) -> tuple[list[Path], str]:
     missing = [file.name for file in files if not file.exists()]
     if missing:
         raise BagError(f"{path}: {missing[0]}, named in metadata.yaml, is missing; copy the whole folder")
+    odd = [file.name for file in files if not file.is_file()]
+    if odd:  # reading a pipe would wait for ever
+        raise BagError(f"{path}: {odd[0]} is no file; copy the whole folder")
     return files, mode
 
 

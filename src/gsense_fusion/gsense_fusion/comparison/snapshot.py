@@ -94,7 +94,7 @@ def snapshot(document: Any, path: str) -> Snapshot:
         raise IdentificationError(f"{path}: schema {schema!r} is not {SCHEMA}: name a report of close_loop")
     try:
         return _snapshot(document, path)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         text = f"{type(error).__name__}: {error}"
         raise IdentificationError(f"{path}: not a whole report ({text}); run close_loop anew") from error
 

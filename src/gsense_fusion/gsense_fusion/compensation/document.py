@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import reprlib
+from collections.abc import Mapping
 from contextlib import suppress
 from math import isfinite
 from pathlib import Path
@@ -107,8 +108,15 @@ class Section:
             raise ValueError(f"{self.path}{others[0]}: not a key of this schema")
 
 
+def _is_finite(value: Any) -> bool:
+    try:
+        return isfinite(value)
+    except OverflowError:  # an integer of 400 digits
+        return False
+
+
 def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not _is_finite(value):
         hint = " (YAML reads 1e-5 as a text: write 1.0e-5)" if isinstance(value, str) else ""
         raise ValueError(f"{where}: a finite number is needed, not {_short(value)}{hint}")
     return float(value)
@@ -135,16 +143,28 @@ def write_atomically(path: Path, content: str | bytes) -> None:
     Raises:
         OSError: the folder is not there or not writable.
     """
-    data = content.encode() if isinstance(content, str) else content
-    with NamedTemporaryFile(dir=path.parent, prefix=f".{path.name}.", delete=False) as sink:
-        temporary = Path(sink.name)
-        try:
-            sink.write(data)
-            sink.flush()
-            os.fsync(sink.fileno())
+    write_together(path.parent, {path.name: content})
+
+
+def write_together(folder: Path, contents: Mapping[str, str | bytes]) -> None:
+    """Write several files as `write_atomically`; none takes its name before all are on the disk.
+
+    Raises:
+        OSError: the folder is not there or not writable, the disk is full; every file is then as it was.
+    """
+    written: list[tuple[Path, Path]] = []
+    try:
+        for name, content in contents.items():
+            with NamedTemporaryFile(dir=folder, prefix=f".{name}.", delete=False) as sink:
+                written.append((Path(sink.name), folder / name))
+                sink.write(content.encode() if isinstance(content, str) else content)
+                sink.flush()
+                os.fsync(sink.fileno())
+        for temporary, path in written:
             temporary.chmod(0o644)
             temporary.replace(path)
-        except BaseException:
+    except BaseException:
+        for temporary, _ in written:
             with suppress(OSError):
                 temporary.unlink()
-            raise
+        raise

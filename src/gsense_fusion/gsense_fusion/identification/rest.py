@@ -6,7 +6,7 @@ import numpy as np
 
 from gsense_fusion.identification.campaign import Campaign, RunData, Window
 from gsense_fusion.identification.noise import NoiseModel, fit_noise
-from gsense_fusion.identification.types import BoolArray, FloatArray
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IdentificationError
 
 ENOUGH_REST_S = 30.0
 MIN_WINDOW_S = 1.0
@@ -33,11 +33,21 @@ def noise_at_rest(campaign: Campaign) -> tuple[dict[int, NoiseModel], tuple[str,
             series, mask = _between_orders(data, window, axis)
             windows.append(series)
             masks.append(mask)
-        models[axis] = fit_noise(windows, campaign.rate_hz, masks)
+        models[axis] = _whole(fit_noise(windows, campaign.rate_hz, masks), axis, campaign)
     tones = sorted({round(t, 2) for m in models.values() for t in m.tones_hz})
     if tones:
         notes += ("tones at rest, notched: " + ", ".join(f"{t:g} Hz" for t in tones[:8]),)
     return models, notes
+
+
+def _whole(model: NoiseModel, axis: int, campaign: Campaign) -> NoiseModel:
+    """The same; raises IdentificationError where the data holds no noise that a spectrum could be fitted to."""
+    if not np.isfinite([model.white, model.flicker, model.walk, *model.shape]).all():
+        raise IdentificationError(
+            f"{campaign.runs[0].run.path}: the noise of gyro axis {AXES[axis]} at rest cannot be read: "
+            "its values stand still, or are no numbers of a gyro; look at them, record again"
+        )
+    return model
 
 
 def _between_orders(data: RunData, window: Window, axis: int) -> tuple[FloatArray, BoolArray]:

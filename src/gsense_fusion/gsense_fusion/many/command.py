@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from gsense_fusion.cli import one_line as error_line
 from gsense_fusion.closing import REPORT_JSON
 from gsense_fusion.comparison.snapshot import load_snapshot
 from gsense_fusion.compensation.document import write_atomically
@@ -187,5 +188,5 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _say(message: str, code: int) -> int:
-    sys.stderr.write(f"close_loop: {' '.join(message.split())}\n")
+    sys.stderr.write(f"close_loop: {error_line(message)}\n")
     return code

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from errno import ENOENT
 from functools import lru_cache
 from pathlib import Path
 
@@ -44,6 +45,8 @@ def key_of(request: Request, unit_id: str | None) -> str:
 
 def bag_digest(path: Path) -> str:
     """Of a file, or of all files in a folder with their names; raises OSError."""
+    if not path.is_dir() and not path.is_file():  # reading a pipe would wait for ever
+        raise FileNotFoundError(ENOENT, "no such file or folder", str(path))
     digest = hashlib.sha256()
     for file in sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]:
         digest.update(f"{file.relative_to(path).as_posix()}\0{file.stat().st_size}\0".encode())

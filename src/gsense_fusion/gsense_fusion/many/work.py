@@ -9,6 +9,7 @@ from enum import Enum
 from threading import Lock
 
 from gsense_fusion.bags import BagError
+from gsense_fusion.cli import one_line
 from gsense_fusion.closing import result_files, run_request
 from gsense_fusion.identification.types import IdentificationError
 from gsense_fusion.report.words import one_sentence
@@ -83,7 +84,7 @@ def work(job: Job) -> Outcome:
 
 def failed(job: Job, reason: str) -> Outcome:
     """The outcome of a session that cannot be analysed."""
-    return Outcome(job.session.name, State.FAILED, " ".join(reason.split()))
+    return Outcome(job.session.name, State.FAILED, one_line(reason))
 
 
 def _work(job: Job) -> Outcome:

@@ -133,5 +133,9 @@ def checksum(file: Path) -> str:
 def write_yaml(path: Path, data: dict[str, Any]) -> None:
     """Writes under a temporary name and renames."""
     temporary = path.with_name(path.name + ".tmp")
-    temporary.write_text(yaml.safe_dump(data, sort_keys=False, width=160), encoding="utf-8")
-    temporary.replace(path)
+    try:
+        temporary.write_text(yaml.safe_dump(data, sort_keys=False, width=160), encoding="utf-8")
+        temporary.replace(path)
+    except OSError:
+        temporary.unlink(missing_ok=True)
+        raise

@@ -6,6 +6,7 @@ A plan is YAML, a file or one that ships with the package. What is wrong in it i
 from __future__ import annotations
 
 import math
+import reprlib
 from dataclasses import asdict, dataclass, fields
 from importlib import resources
 from pathlib import Path
@@ -109,7 +110,7 @@ def _parse_run(entry: Any, where: str) -> PlanRun:
         raise PlanError(f"{where} is not a mapping of {', '.join(known)}")
     for key in entry:
         if key not in known:
-            raise PlanError(f"{where}: {key!r} is unknown; use {', '.join(known)}")
+            raise PlanError(f"{where}: {reprlib.repr(key)} is unknown; use {', '.join(known)}")
     run = PlanRun(
         shape=_choice(entry, "shape", SHAPES, where),
         duration=_number(entry, "duration", where),
@@ -130,7 +131,7 @@ def _choice(entry: dict[str, Any], key: str, choices: tuple[str, ...], where: st
     if value is None:
         raise PlanError(f"{where}: {key} is missing; use one of {', '.join(choices)}")
     if isinstance(value, bool) or str(value) not in choices:
-        raise PlanError(f"{where}: {key} {value!r} is unknown; use one of {', '.join(choices)}")
+        raise PlanError(f"{where}: {key} {reprlib.repr(value)} is unknown; use one of {', '.join(choices)}")
     return str(value)
 
 
@@ -138,9 +139,14 @@ def _number(entry: dict[str, Any], key: str, where: str, default: float | None =
     value = entry.get(key, default)
     if value is None:
         raise PlanError(f"{where}: {key} is missing")
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise PlanError(f"{where}: {key} {value!r} is not a number")
-    return float(value)
+    number = value if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    try:
+        number = float(number)
+    except OverflowError:  # an integer of 400 digits
+        number = math.inf
+    if not math.isfinite(number):
+        raise PlanError(f"{where}: {key} {reprlib.repr(value)} is not a number")
+    return number
 
 
 def _impossible(run: PlanRun) -> str | None:

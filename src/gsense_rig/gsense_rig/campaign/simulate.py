@@ -74,6 +74,16 @@ def write_bag(batches: list[Batch], bag: Path) -> None:
     """Writes a bag with its messages in the order of their arrival; the bag appears whole or not at all."""
     work = bag.parent / _WORK / bag.name
     shutil.rmtree(work, ignore_errors=True)
+    try:
+        _write(batches, work)
+    except OSError:
+        shutil.rmtree(work.parent, ignore_errors=True)  # on a full disk it would only be in the way
+        raise
+    shutil.rmtree(bag, ignore_errors=True)
+    work.rename(bag)
+
+
+def _write(batches: list[Batch], work: Path) -> None:
     store = typestore()
     with BagWriter(work) as writer:
         streams = [
@@ -88,8 +98,6 @@ def write_bag(batches: list[Batch], bag: Path) -> None:
         ]
         for block in interleave(streams):
             writer.write_block(block)
-    shutil.rmtree(bag, ignore_errors=True)
-    work.rename(bag)
 
 
 def _span(batches: list[Batch]) -> float:

@@ -1,0 +1,95 @@
+"""What is malformed gets one line or a valid result; `./rig bench malformed` draws a thousand, here are a few."""
+
+from __future__ import annotations
+
+import random
+import sys
+from pathlib import Path
+
+import pytest
+from tests.malformed.cases import MAKERS, Material, Verdict, answer, run_case
+
+from gsense_fusion.yaml_text import parse_yaml as parse_fusion
+from gsense_rig.yaml_text import parse_yaml as parse_rig
+
+
+@pytest.fixture(scope="module")
+def material(tmp_path_factory: pytest.TempPathFactory) -> Material:
+    return Material.make(tmp_path_factory.mktemp("material"))
+
+
+def faults(material: Material, folder: Path, numbers: range, *, as_process: bool = False) -> list[Verdict]:
+    verdicts = [run_case(n, 7, material, folder / "case", as_process=as_process) for n in numbers]
+    return [v for v in verdicts if v.faults]
+
+
+def test_some_in_this_process(material: Material, tmp_path: Path) -> None:
+    assert faults(material, tmp_path, range(20)) == []
+
+
+@pytest.mark.slow
+def test_more_in_this_process(material: Material, tmp_path: Path) -> None:
+    assert faults(material, tmp_path, range(20, 80)) == []
+
+
+@pytest.mark.slow
+def test_four_as_processes(material: Material, tmp_path: Path) -> None:
+    assert faults(material, tmp_path, range(4), as_process=True) == []
+
+
+@pytest.mark.parametrize(
+    ("code", "error", "fault"),
+    [
+        (2, "", "not one line"),
+        (2, "close_loop: one\nand another\n", "not one line"),
+        (2, "close_loop: the analysis broke down (KeyError)\n", "broke down"),
+        (2, "another: line\n", "not one line"),
+        (1, "", "exit 1"),
+        (2, "close_loop: fine\n", ""),
+        (0, "", ""),
+    ],
+)
+def test_the_judge_sees_what_is_wrong(tmp_path: Path, code: int, error: str, fault: str) -> None:
+    def call(_command: list[str], _out: Path) -> int:
+        sys.stderr.write(error)
+        return code
+
+    verdict = Verdict(0, "made up", ["close_loop"])
+    answer(verdict, tmp_path / "out", call)
+    assert [fault in line for line in verdict.faults] == ([True] if fault else [])
+
+
+def test_the_judge_sees_exceptions_and_what_is_left_behind(tmp_path: Path) -> None:
+    def raising(_command: list[str], _out: Path) -> int:
+        raise KeyError("x")
+
+    def leaving(_command: list[str], out: Path) -> int:
+        out.mkdir()
+        (out / ".report.json.abc").write_text("")
+        sys.stderr.write("close_loop: fine\n")
+        return 2
+
+    verdicts = [Verdict(0, "made up", ["close_loop"]) for _ in range(2)]
+    for verdict, call in zip(verdicts, (raising, leaving), strict=True):
+        answer(verdict, tmp_path / "out", call)
+    assert verdicts[0].faults == ["raised KeyError: 'x'"]
+    assert [line.split(":")[0] for line in verdicts[1].faults] == ["left behind", "temporary files"]
+
+
+def test_every_kind_of_case_can_be_drawn(material: Material, tmp_path: Path) -> None:
+    for number, (maker, _) in enumerate(MAKERS):
+        folder = tmp_path / str(number)
+        folder.mkdir()
+        what, command = maker(material, folder, random.Random(number))
+        assert what
+        assert len(command) > 1
+
+
+@pytest.mark.parametrize("parse", [parse_fusion, parse_rig])
+@pytest.mark.parametrize(
+    "text", ["[" * 200_000, "- " * 200_000, "a: 2001-99-99", "a: !!timestamp x", "9" * 6000, "a: ["]
+)
+def test_yaml_that_breaks_its_library_is_an_error_of_one_line(parse: object, text: str) -> None:
+    with pytest.raises(ValueError, match=r"not YAML|nested too deep") as caught:
+        parse(text)  # type: ignore[operator]
+    assert "\n" not in str(caught.value)
