@@ -80,9 +80,9 @@ class Browser:
 
     async def send(self, method: str, **parameters: Any) -> Any:
         number = next(self._ids)
-        self._answers[number] = asyncio.get_running_loop().create_future()
+        self._answers[number] = answered = asyncio.get_running_loop().create_future()
         await self._socket.write_message(json.dumps({"id": number, "method": method, "params": parameters}))
-        answer = await asyncio.wait_for(self._answers[number], 60.0)
+        answer = await asyncio.wait_for(answered, 60.0)
         assert "error" not in answer, answer
         return answer["result"]
 

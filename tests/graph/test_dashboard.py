@@ -66,9 +66,9 @@ class Live:
         self.ears.wait(lambda: self.mode() == mode, timeout, f"mode {mode}")
 
     def start_dashboard(self) -> None:
-        process = self.graph.start(
-            "dashboard", "gsense_rig", "dashboard", *parameters(port=0, folder=self.folder), *NAMESPACE
-        )
+        # pages that are held up by a loaded machine are no subject here: tests/rig/test_dashboard_server.py has silence
+        given = parameters(port=0, folder=self.folder, page_timeout=60.0)
+        process = self.graph.start("dashboard", "gsense_rig", "dashboard", *given, *NAMESPACE)
         ready, _, _ = select.select([process.stdout], [], [], 120.0)
         assert ready, self.graph.log("dashboard")
         assert process.stdout is not None
@@ -174,7 +174,8 @@ def test_before_homing_the_page_lives_and_a_goal_is_refused_with_the_rigs_reason
         both = lambda: page.state["attitude"]["raw"] and page.state["attitude"]["gcomp"]  # noqa: E731
         await page.until(both, "orientation with and without compensation")
         assert page.state["filter"] == "madgwick"
-        assert set(page.state["sensors"]) == {"mpu6050", "bno055", "lisy300"}
+        every = {"mpu6050", "bno055", "lisy300"}
+        await page.until(lambda: set(page.state["sensors"]) == every, "raw topics of all sensors")
         answer = await page.ask(1, "sinusoid", **LONG)
         assert (answer["state"], answer["text"]) == ("refused", "not homed: call rig/home first")
         await page.until(lambda: any(n["name"].startswith("lab/rig: ") for n in page.state["notes"]), "diagnostics")
