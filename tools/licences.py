@@ -30,6 +30,7 @@ TAIL = """
 | what | from | licence |
 |---|---|---|
 | `tests/bags/rail_7.mcap` | simulated by `gsense_rig simulate` | Apache-2.0 |
+| `src/gsense_rig/gsense_rig/dashboard/static/uPlot*` | uPlot 1.6.32, npm `uplot` | MIT, its text beside it |
 
 The PIC's tool chain (SDCC, gputils, gpsim: GPL) is fetched and built outside of the repository, only by
 `firmware/pic/build` and its tests.
