@@ -206,6 +206,30 @@ def test_hand_held_poses_and_too_few_are_refused() -> None:
         expand_still(clean_runs([(_poses(0.0, 4), Role.FIT)]))
 
 
+def test_an_encoder_that_is_silent_for_a_while() -> None:
+    t = np.arange(0.0, 30.0, 0.005)
+    heard = (t < 14.0) | (t > 15.5)
+    s = 0.15 * np.sin(5.0 * t)
+    motion = CarriageMotion(t[heard], np.round(s[heard] / 5e-5) * 5e-5)
+    assert motion.steady is not None  # the harmonics go on through it
+    assert motion.steady.duration > 28.0
+    assert np.abs(motion.at(t[~heard]).acceleration + 25.0 * s[~heard]).max() < 0.01
+    session = made()
+    run, role = next((r, role) for r, role in session.runs if r.pose is not None and np.ptp(r.pose.position) > 0.1)
+    assert run.pose is not None
+    stamp, n = run.pose.stamp_ns, len(run.pose.stamp_ns)
+    chirp = 0.1 * np.sin(2.0 * (1e-9 * (stamp - stamp[0])) ** 1.3)
+    keep = np.r_[0 : n // 2, n // 2 + round(0.08 * n) : n]
+    clean = clean_runs([(replace(run, joint=None, pose=PoseSeries(stamp[keep], chirp[keep])), role)])
+    (data,) = build_campaign(clean).runs
+    assert data.motion is not None
+    (gap,) = data.motion.silent
+    moving = [w for w in data.windows if w.moving]
+    assert len(moving) == 2, "a window ends where the encoder is silent and the motion is not periodic"
+    assert data.run.time[moving[0].stop - 1] <= gap.start + 0.1
+    assert data.run.time[moving[1].start] >= gap.stop - 0.1
+
+
 def test_clipping_is_seen_at_a_full_scale_only() -> None:
     rate = np.radians(400.0) * np.sin(np.linspace(0, 60, 3000))[:, None] * np.array([1.0, 2.0, 0.1])
     force = np.tile([0.0, 0.0, 9.81], (3000, 1))

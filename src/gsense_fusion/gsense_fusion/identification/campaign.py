@@ -27,7 +27,7 @@ from gsense_fusion.identification.mounting import (
 )
 from gsense_fusion.identification.noise import Response
 from gsense_fusion.identification.turned_delays import without_turns
-from gsense_fusion.identification.types import FloatArray, Role
+from gsense_fusion.identification.types import BoolArray, FloatArray, Role
 
 TEMPERATURE_REFERENCE = 25.0
 """T0 of temperature_bias in degrees Celsius."""
@@ -134,7 +134,16 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
     if motion is None:
         return (Window(0, len(run), False),)
     whole = _whole_windows(run, motion, delay)
-    return tuple(part for w in whole for part in _between_gaps(run, w))
+    known = run.valid if motion.harmonics is not None else run.valid & _heard(run, motion, delay)
+    return tuple(part for w in whole for part in _between_gaps(known, run.rate_hz, w))
+
+
+def _heard(run: CleanRun, motion: CarriageMotion, delay: float) -> BoolArray:
+    """Samples at which the encoder was not silent for long, shape (n,)."""
+    heard = np.ones(len(run), dtype=bool)
+    for gap in motion.silent:
+        heard &= (run.time < gap.start + delay) | (run.time > gap.stop + delay)
+    return heard
 
 
 def _whole_windows(run: CleanRun, motion: CarriageMotion, delay: float) -> tuple[Window, ...]:
@@ -147,16 +156,16 @@ def _whole_windows(run: CleanRun, motion: CarriageMotion, delay: float) -> tuple
     return tuple(w for w in out if len(w) >= round(0.8 * MIN_STILL_S * run.rate_hz))
 
 
-def _between_gaps(run: CleanRun, window: Window) -> tuple[Window, ...]:
+def _between_gaps(known: BoolArray, rate_hz: float, window: Window) -> tuple[Window, ...]:
     """The window without its long gaps: a line drawn through one is not the rate that was there."""
-    lost = np.diff(np.concatenate([[0], (~run.valid[window.start : window.stop]).astype(np.int8), [0]]))
+    lost = np.diff(np.concatenate([[0], (~known[window.start : window.stop]).astype(np.int8), [0]]))
     edges = zip(np.flatnonzero(lost == 1), np.flatnonzero(lost == -1), strict=True)
-    gaps = [(int(a), int(b)) for a, b in edges if b - a > LONG_GAP_S * run.rate_hz]
+    gaps = [(int(a), int(b)) for a, b in edges if b - a > LONG_GAP_S * rate_hz]
     if not gaps:
         return (window,)
     starts = [0, *(b for _, b in gaps)]
     stops = [*(a for a, _ in gaps), len(window)]
-    shortest = (MIN_MOVING_S if window.moving else 0.8 * MIN_STILL_S) * run.rate_hz
+    shortest = (MIN_MOVING_S if window.moving else 0.8 * MIN_STILL_S) * rate_hz
     parts = [(a, b) for a, b in zip(starts, stops, strict=True) if b - a >= shortest]
     return tuple(Window(window.start + a, window.start + _fast(b - a) + a, window.moving) for a, b in parts)
 

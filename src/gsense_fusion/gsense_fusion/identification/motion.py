@@ -26,6 +26,8 @@ LOCKED_PART = 0.2
 MIN_PERIODS = 2.5
 MARGINS = (0.2, 0.3, 0.38)
 """Parts of the motion left out at both ends where its middle is fitted."""
+SILENT_S = 0.1
+"""An encoder that says nothing for so long: harmonics go on through it, a line does not."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +113,12 @@ class CarriageMotion:
 
         """
         self._time, self._position = _uniform(time, position)
+        silent = np.flatnonzero(np.diff(time) > SILENT_S)
+        self.silent: tuple[Interval, ...] = tuple(Interval(float(time[i]), float(time[i + 1])) for i in silent)
         moving = ~still_mask(self._time, self._position)
+        for gap in self.silent:  # a flat line through a motion is no rest
+            low, high = np.searchsorted(self._time, (gap.start, gap.stop))
+            moving[low:high] |= moving[max(low - 1, 0)] | moving[min(high, len(moving) - 1)]
         self.still: tuple[Interval, ...] = _intervals(self._time, ~moving)
         stretches = _intervals(self._time, moving)
         self.moving: Interval | None = max(stretches, key=lambda i: i.duration, default=None)
@@ -122,10 +129,17 @@ class CarriageMotion:
         self.ringing: Harmonics | None = None
         """The same above `HIGHEST_HARMONIC_HZ`: it is felt, but no rigid carriage moves so."""
         if self.moving is not None:
-            found = _steady_sine(self._time, self._position, self.moving)
+            found = _steady_sine(self._time, self._position, self.moving, self._heard())
             if found is not None:
                 self.harmonics, self.steady = found
         self._smooth = None if self.moving is None else _BandLimited(self._time, self._position, self._cutoff_hz())
+
+    def _heard(self) -> BoolArray:
+        """Where the record has readings, shape (m,)."""
+        heard = np.ones(len(self._time), dtype=bool)
+        for gap in self.silent:
+            heard &= (self._time <= gap.start) | (self._time >= gap.stop)
+        return heard
 
     def _cutoff_hz(self) -> float:
         if self.harmonics is None:
@@ -186,20 +200,22 @@ def _intervals(time: FloatArray, mask: BoolArray) -> tuple[Interval, ...]:
     return tuple(Interval(float(time[a]), float(time[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
 
 
-def _steady_sine(time: FloatArray, position: FloatArray, moving: Interval) -> tuple[Harmonics, Interval] | None:
+def _steady_sine(
+    time: FloatArray, position: FloatArray, moving: Interval, heard: BoolArray
+) -> tuple[Harmonics, Interval] | None:
     """The harmonic model of the middle of the motion, and how far to both sides it holds."""
     for margin in MARGINS:  # a short run has ramps far into its middle
-        found = _sine_of_middle(time, position, moving, margin)
+        found = _sine_of_middle(time, position, moving, heard, margin)
         if found is not None:
             return found
     return None
 
 
 def _sine_of_middle(
-    time: FloatArray, position: FloatArray, moving: Interval, margin: float
+    time: FloatArray, position: FloatArray, moving: Interval, heard: BoolArray, margin: float
 ) -> tuple[Harmonics, Interval] | None:
     inside = (time >= moving.start) & (time <= moving.stop)
-    t, s = time[inside], position[inside]
+    t, s, heard = time[inside], position[inside], heard[inside]
     middle = (t > moving.start + margin * moving.duration) & (t < moving.stop - margin * moving.duration)
     if middle.sum() < 50:
         return None
@@ -207,12 +223,15 @@ def _sine_of_middle(
     period = 2 * np.pi / guess
     if period * MIN_PERIODS > moving.duration or period > float(np.ptp(t[middle])):
         return None
-    fit = fit_harmonics(t[middle], s[middle], guess)
+    used = middle & heard
+    if used.sum() < 50:
+        return None
+    fit = fit_harmonics(t[used], s[used], guess)
     quantum = _quantum(s)
     tolerance = 6 * max(fit.residual_rms, quantum)
     if fit.amplitude < 20 * quantum or fit.residual_rms > 2e-3 * fit.amplitude + quantum:
         return None
-    error = np.abs(s - fit.at(t).position)
+    error = np.where(heard, np.abs(s - fit.at(t).position), 0.0)
     worst = maximum_filter1d(error, max(3, round(0.25 * period / float(t[1] - t[0])) | 1))
     centre = len(t) // 2
     bad = np.flatnonzero(worst > tolerance)
@@ -220,7 +239,8 @@ def _sine_of_middle(
     high = int(bad[bad >= centre].min()) if (bad >= centre).any() else len(t)
     if high - low < 50 or t[high - 1] - t[low] < MIN_PERIODS * period:
         return None
-    return fit_harmonics(t[low:high], s[low:high], fit.angular_frequency), Interval(float(t[low]), float(t[high - 1]))
+    known = np.arange(low, high)[heard[low:high]]
+    return fit_harmonics(t[known], s[known], fit.angular_frequency), Interval(float(t[low]), float(t[high - 1]))
 
 
 def _quantum(position: FloatArray) -> float:
