@@ -113,7 +113,8 @@ class CarriageMotion:
 
         """
         self._time, self._position = _uniform(time, position)
-        silent = np.flatnonzero(np.diff(time) > SILENT_S)
+        steps = np.diff(time)
+        silent = np.flatnonzero(steps > max(SILENT_S, 3 * float(np.median(steps))))
         self.silent: tuple[Interval, ...] = tuple(Interval(float(time[i]), float(time[i + 1])) for i in silent)
         moving = ~still_mask(self._time, self._position)
         for gap in self.silent:  # a flat line through a motion is no rest
