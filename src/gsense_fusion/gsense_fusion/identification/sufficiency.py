@@ -244,7 +244,7 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
         for axis in range(3):
             mean, count, _ = _band(moving, low, high, axis)
             rest, rest_count, _ = _band(still, low, high, axis)
-            if count < 30 or rest_count < 30:
+            if count < 30 or rest_count < 30 or rest <= 0.0:  # a coarse step may leave nothing at rest
                 continue
             looks += 1
             # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
