@@ -69,6 +69,8 @@ def _option(action: argparse.Action) -> Option:
     names = ", ".join(action.option_strings) or str(action.metavar or name)
     plain = action.default in (None, False, argparse.SUPPRESS) or action.default == []
     default = "needed" if action.required else "" if plain else _words(action.default)
+    if action.dest == "jobs" and default:  # the number of this machine's
+        default = "one a core"
     text = " ".join(((action.help or "") % {"default": action.default}).split())
     return Option(names, "" if names == value else value, default, text)
 
