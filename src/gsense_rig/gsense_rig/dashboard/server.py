@@ -56,7 +56,7 @@ class Desk:
     pages: Pages
     motions: Motions
     folder: Folder
-    warn: Callable[[str], None]
+    log: Callable[[str], None]
     seen: FolderSeen = field(default_factory=FolderSeen)
     sockets: dict[int, LiveSocket] = field(default_factory=dict)
 
@@ -225,7 +225,7 @@ class LiveSocket(Guarded, tornado.websocket.WebSocketHandler):
         if not (page.may_command or (isinstance(command, Call) and command.name == "stop")):
             tell("refused", LOOK_ON)
             return
-        self.desk.warn(f"page {page.number}: {words(command)}")
+        self.desk.log(f"page {page.number}: {words(command)}")
         task = asyncio.ensure_future(self.desk.motions.perform(page.number, command, tell))
         self._work.add(task)
         task.add_done_callback(self._work.discard)
