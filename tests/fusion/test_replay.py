@@ -36,8 +36,15 @@ def wxyz(turn: Rotation) -> Any:
     return turn.as_quat()[..., [3, 0, 1, 2]]
 
 
-def turning_bag(path: Path, mounted: Rotation, n: int = 2400, mag: bool = True) -> Path:
-    """8 s at rest, then it turns; the reference's body is `mounted` against the sensor's."""
+NED = Rotation.from_matrix([[0, 1, 0], [1, 0, 0], [0, 0, -1]])
+"""East-north-up to north-east-down."""
+
+
+def turning_bag(path: Path, mounted: Rotation, n: int = 2400, mag: bool = True, ahrs: Rotation | None = None) -> Path:
+    """8 s at rest, then it turns; the reference's body is `mounted` against the sensor's.
+
+    With `ahrs` the reference is an Imu's orientation in an earth frame that this rotation leads to.
+    """
     bag, rng = BagWriter(), np.random.default_rng(3)
     turn, dt = Rotation.from_rotvec([0.1, -0.2, 0.3]), 0.005
     for i in range(n):
@@ -53,7 +60,12 @@ def turning_bag(path: Path, mounted: Rotation, n: int = 2400, mag: bool = True) 
                 at + 200_000,
                 message("sensor_msgs/msg/MagneticField", header=header(at), magnetic_field=field),
             )
-        if i % 2 == 0:
+        if ahrs is not None:
+            other = imu(at, rate, force)
+            other.orientation = quaternion(wxyz(ahrs * turn * mounted))
+            other.orientation_covariance = np.zeros(9) if i > 20 else other.orientation_covariance
+            bag.add("/vectornav/imu", at + 400_000, other)
+        elif i % 2 == 0:
             pose = message(
                 "geometry_msgs/msg/Pose",
                 position=message("geometry_msgs/msg/Point"),
@@ -69,6 +81,32 @@ def read(bag: Path) -> dict[str, list[Any]]:
         for connection, _, data in reader.messages():
             found.setdefault(connection.topic, []).append(STORE.deserialize_cdr(data, connection.msgtype))
     return found
+
+
+@pytest.mark.parametrize("frame", ["enu", "ned"])
+def test_another_sensors_orientation_as_reference(tmp_path: Path, frame: str) -> None:
+    mounted, turned = Rotation.from_rotvec([0.4, -0.3, 2.0]), NED if frame == "ned" else Rotation.identity()
+    by_pose, by_imu = turning_bag(tmp_path / "a", mounted), turning_bag(tmp_path / "b", mounted, ahrs=turned)
+    arguments = ["--sensor", "x", "--filters", "vqf", "--no-bag"]
+    named = ["--reference", "/vectornav/imu", "--reference-frame", frame]
+    assert replay.main([str(by_pose), *arguments, "--out", str(tmp_path / "pose")]) == 0
+    assert replay.main([str(by_imu), *arguments, *named, "--out", str(tmp_path / "imu")]) == 0
+    found = [
+        json.loads((tmp_path / name / "accuracy.json").read_text())["filters"]["vqf"]["raw"] for name in ("pose", "imu")
+    ]
+    assert found[1]["inclination_rms"] < 0.5
+    assert found[1] == pytest.approx(found[0], abs=0.02)
+    if frame == "ned":  # taken for east-north-up, the vertical turns the other way
+        assert replay.main([str(by_imu), *arguments, *named[:2], "--out", str(tmp_path / "wrong")]) == 0
+        wrong = json.loads((tmp_path / "wrong" / "accuracy.json").read_text())["filters"]["vqf"]["raw"]
+        assert wrong["total_rms"] > 5.0
+
+
+def test_a_reference_without_orientation_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag = turning_bag(tmp_path / "in", Rotation.identity(), n=100)
+    code = replay.main([str(bag), "--sensor", "x", "--reference", "/x/imu/data_raw", "--out", str(tmp_path / "out")])
+    assert code == 2
+    assert "reports no orientation" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

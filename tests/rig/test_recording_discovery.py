@@ -10,6 +10,7 @@ from gsense_rig.recording.discovery import Wanted
 
 SHARED = ("/diagnostics", "/tf", "/tf_static", "/reference/pose", "/vectornav/imu", "/rosout")
 RIG = (
+    "bridge/transition_event",
     "mpu6050/imu/data_raw",
     "bno055/madgwick_gcomp/imu/data",
     "link",

@@ -22,13 +22,17 @@ from .attitude import UnknownFilterError
 from .attitude.fusion import Fusion
 from .attitude.registry import channels
 from .bags.imu_message import packed, parse_imu
+from .bags.topics import sensor_name
 from .compensation import CompensationError, CompensationFile, load_compensation
 from .fusion_diagnostics import diagnostic
 from .fusion_output import Uncertainty, output_message
+from .inputs import Inputs
 from .node_process import run_node
+from .sensor_topics import SensorTopics
 
-_QOS = QoSProfile(depth=5000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
+_DEPTH = 5000
 """Ten seconds at 500 Hz: a stall of the machine loses nothing."""
+_QOS = QoSProfile(depth=_DEPTH, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
 _UNREPORTED = np.full(3, np.nan)
 
 
@@ -38,7 +42,9 @@ class FusionNode(Node):
     def __init__(self) -> None:
         super().__init__("fusion")
         self._declare()
-        self.sensor = str(self.get_parameter("sensor").value).strip("/")
+        self._asked = str(self.get_parameter("sensor").value)
+        topics = SensorTopics.of(self._asked)
+        self.sensor = topics.name
         file = self._compensation_file()
         names = self._filter_names()
         self.fusion = Fusion(channels(names, with_compensation=file is not None, parameters=self._gains()), file)
@@ -53,14 +59,15 @@ class FusionNode(Node):
         self._told = ""
         self._malformed = 0
         # as bytes: spares the conversion of messages into Python objects and back
-        self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS, raw=True)
-        self.create_subscription(Temperature, f"{self.sensor}/temperature", self._on_temperature, _QOS)
-        self.create_subscription(BatteryState, "battery", self._on_battery, 10)
-        self.create_subscription(JointState, "rig/joint_states", self._on_joint, _QOS)
+        inputs = Inputs(self, _DEPTH)
+        inputs.subscribe(Imu, topics.imu, self._on_imu, raw=True)
+        inputs.subscribe(Temperature, topics.temperature, self._on_temperature)
+        inputs.subscribe(BatteryState, "battery", self._on_battery)
+        inputs.subscribe(JointState, "rig/joint_states", self._on_joint)
         if self._uses_mag():
-            self.create_subscription(MagneticField, f"{self.sensor}/imu/mag", self._on_mag, _QOS)
+            inputs.subscribe(MagneticField, topics.mag, self._on_mag)
         if any(channel.uses_own for channel in self.fusion.channels):
-            self.create_subscription(Imu, f"{self.sensor}/imu/data", self._on_own, _QOS, raw=True)
+            inputs.subscribe(Imu, topics.own, self._on_own, raw=True)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._on_second)
         self.get_logger().info(f"{self.sensor}: {', '.join(self._outputs)}" + (f", by {self._path}" if file else ""))
@@ -71,7 +78,9 @@ class FusionNode(Node):
 
         gain = [FloatingPointRange(from_value=0.0, to_value=10.0)]
         deviation = [FloatingPointRange(from_value=0.0, to_value=10.0)]
-        self.declare_parameter("sensor", "mpu6050", text("name of the sensor, first part of its topics"))
+        self.declare_parameter(
+            "sensor", "mpu6050", text("the sensor's name, first part of its topics; or a whole topic (/imu)")
+        )
         self.declare_parameter("filter", "madgwick", text("one filter or a list of them", dynamic_typing=True))
         self.declare_parameter("compensation_file", "", text("compensation.yaml; empty: no compensated output"))
         self.declare_parameter(
@@ -98,7 +107,7 @@ class FusionNode(Node):
         if not self._path:
             return None
         file = load_compensation(Path(self._path).expanduser())
-        if file.sensor.strip("/") != self.sensor:
+        if sensor_name(file.sensor).strip("/") != sensor_name(self._asked).strip("/"):
             raise CompensationError(f"{self._path}: sensor: is for {file.sensor!r}, this node runs {self.sensor!r}")
         if file.unit_id:
             self.get_logger().info(f"{self._path} was made for unit {file.unit_id!r}")

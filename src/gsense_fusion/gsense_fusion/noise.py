@@ -11,7 +11,13 @@ import numpy as np
 
 from gsense_fusion.bags import load_run
 from gsense_fusion.calibration.allan import pooled_density
-from gsense_fusion.calibration.rest_noise import allan_picture, bridge_parameters, noise_json, rest_noise
+from gsense_fusion.calibration.rest_noise import (
+    allan_picture,
+    bridge_parameters,
+    kalibr_imu,
+    noise_json,
+    rest_noise,
+)
 from gsense_fusion.cli import guarded
 from gsense_fusion.compensation.document import write_atomically
 
@@ -24,10 +30,11 @@ def main(argv: Sequence[str] | None = None) -> int:
         noise = rest_noise([load_run(path, arguments.sensor) for path in arguments.bags], arguments.sensor)
         out: Path = arguments.out
         out.mkdir(parents=True, exist_ok=True)
-        written = [out / "bridge_noise.yaml", out / "noise.json", out / "allan.png"]
+        written = [out / "bridge_noise.yaml", out / "noise.json", out / "allan.png", out / "kalibr_imu.yaml"]
         write_atomically(written[0], bridge_parameters(noise))
         write_atomically(written[1], noise_json(noise))
         write_atomically(written[2], allan_picture(noise))
+        write_atomically(written[3], kalibr_imu(noise))
         lines = [f"{noise.sensor}: {noise.seconds:.0f} s of rest in {noise.bag}"]
         gyro = list(noise.gyro.values())
         lines.append(

@@ -18,11 +18,12 @@ from gsense_fusion.attitude.accuracy import Accuracy, AccuracyError, Reference, 
 from gsense_fusion.attitude.fusion import Fusion, FusionStatus
 from gsense_fusion.attitude.interface import IntArray
 from gsense_fusion.attitude.offline import Estimates, Recording, run_offline
-from gsense_fusion.attitude.recorded import recording_of, reference_of_run
+from gsense_fusion.attitude.recorded import recording_of, reference_of_run, with_reference_from_ned
 from gsense_fusion.attitude.registry import channels
 from gsense_fusion.bags import BagError, Run, load_run
 from gsense_fusion.bags.imu_message import UNREPORTED
 from gsense_fusion.bags.imu_writer import write_imu_bag
+from gsense_fusion.bags.topics import sensor_name
 from gsense_fusion.cli import fail
 from gsense_fusion.compensation import CompensationError, CompensationFile, load_compensation
 from gsense_fusion.compensation.document import write_atomically
@@ -59,7 +60,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     options = _parser().parse_args(argv)
     try:
         file = _compensation(options.compensation, options.sensor)
-        run = load_run(options.bag, options.sensor)
+        run = load_run(options.bag, options.sensor, options.reference)
+        if options.reference_frame == "ned":
+            run = with_reference_from_ned(run)
         result = replay(run, options.filters, file, use_mag=not options.no_mag)
         written = write(result, options.out, bag=not options.no_bag)
     except (BagError, CompensationError, UnknownFilterError, ReplayError) as error:
@@ -82,6 +85,14 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--compensation", type=Path, metavar="FILE", help="compensation.yaml: every filter with it, too"
     )
+    parser.add_argument(
+        "--reference",
+        metavar="TOPIC",
+        help="attitude to judge by: PoseStamped, or an Imu with orientation (default: reference/pose, else rig/*)",
+    )
+    parser.add_argument(
+        "--reference-frame", choices=("enu", "ned"), default="enu", help="earth frame of the reference (default: enu)"
+    )
     parser.add_argument("--no-bag", action="store_true", help="only the table")
     parser.add_argument("--no-mag", action="store_true", help="do as if there were no magnetometer")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where bag and accuracy.json go")
@@ -92,7 +103,7 @@ def _compensation(path: Path | None, sensor: str) -> CompensationFile | None:
     if path is None:
         return None
     file = load_compensation(path)
-    if file.sensor.strip("/") != sensor.strip("/"):
+    if sensor_name(file.sensor).strip("/") != sensor_name(sensor).strip("/"):
         raise ReplayError(f"{path}: sensor: is for {file.sensor!r}, the replay is of {sensor!r}")
     return file
 

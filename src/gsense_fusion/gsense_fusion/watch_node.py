@@ -19,12 +19,16 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
+from .bags.topics import sensor_name
 from .compensation import CompensationError, load_compensation
+from .inputs import Inputs
 from .node_process import run_node
+from .sensor_topics import SensorTopics
 from .watch import Prediction, Watcher, WatchReport
 from .watch_diagnostics import diagnostic
 
-_QOS = QoSProfile(depth=2000, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
+_DEPTH = 2000
+_QOS = QoSProfile(depth=_DEPTH, history=HistoryPolicy.KEEP_LAST, reliability=ReliabilityPolicy.RELIABLE)
 _UNREPORTED = np.full(3, np.nan)
 
 
@@ -33,14 +37,18 @@ class WatchNode(Node):
 
     def __init__(self) -> None:
         super().__init__("watch")
-        self.declare_parameter("sensor", "mpu6050", _text("name of the sensor, first part of its topics"))
+        self.declare_parameter(
+            "sensor", "mpu6050", _text("the sensor's name, first part of its topics; or a whole topic")
+        )
         self.declare_parameter("compensation_file", "", _text("compensation.yaml that close_loop or calibrate wrote"))
-        self.sensor = str(self.get_parameter("sensor").value).strip("/")
+        asked = str(self.get_parameter("sensor").value)
+        topics = SensorTopics.of(asked)
+        self.sensor = topics.name
         path = str(self.get_parameter("compensation_file").value)
         if not path:
             raise CompensationError("parameter compensation_file: is needed; close_loop writes it")
         file = load_compensation(Path(path).expanduser())
-        if file.sensor.strip("/") != self.sensor:
+        if sensor_name(file.sensor).strip("/") != sensor_name(asked).strip("/"):
             raise CompensationError(f"{path}: sensor: is for {file.sensor!r}, this node watches {self.sensor!r}")
         self.prediction = Prediction(file)
         self.watcher = Watcher(reference=file.reference)
@@ -49,10 +57,11 @@ class WatchNode(Node):
         self._carriage = (0.0, 0.0)
         self._residual = self.create_publisher(Vector3Stamped, f"{self.sensor}/residual", _QOS)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
-        self.create_subscription(Imu, f"{self.sensor}/imu/data_raw", self._on_imu, _QOS)
-        self.create_subscription(Temperature, f"{self.sensor}/temperature", self._on_temperature, _QOS)
-        self.create_subscription(BatteryState, "battery", self._on_battery, _QOS)
-        self.create_subscription(JointState, "rig/joint_states", self._on_joints, _QOS)
+        inputs = Inputs(self, _DEPTH)
+        inputs.subscribe(Imu, topics.imu, self._on_imu)
+        inputs.subscribe(Temperature, topics.temperature, self._on_temperature)
+        inputs.subscribe(BatteryState, "battery", self._on_battery)
+        inputs.subscribe(JointState, "rig/joint_states", self._on_joints)
         self.create_timer(1.0, self._on_second)
         self.get_logger().info(f"{self.sensor}: watched against {path}")
 

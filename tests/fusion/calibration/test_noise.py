@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rclpy
+import yaml
 from rclpy.context import Context
 from rclpy.node import Node
 from tests.fusion.bag_data import recordings
@@ -16,7 +17,7 @@ from tests.study.poses import PoseParameters, simulate_poses
 
 from gsense_fusion.bags.run import Run
 from gsense_fusion.calibration.allan import allan_curve, noise_parameters, pooled_density
-from gsense_fusion.calibration.rest_noise import allan_picture, bridge_parameters, noise_json, rest_noise
+from gsense_fusion.calibration.rest_noise import allan_picture, bridge_parameters, kalibr_imu, noise_json, rest_noise
 from gsense_fusion.identification.types import IdentificationError
 from gsense_fusion.noise import main
 
@@ -69,6 +70,20 @@ def test_a_bag_at_rest_gives_the_bridge_its_file(tmp_path: Path) -> None:
         rclpy.try_shutdown(context=context)
 
 
+def test_kalibr_gets_the_deviation_at_one_second() -> None:
+    """Kalibr's continuous density is that of equation sigma_discrete = density * sqrt(rate): the spread of a sample."""
+    run = _still(60.0)
+    noise = rest_noise([run], "/vectornav/imu")
+    given = yaml.safe_load(kalibr_imu(noise))
+    assert given["rostopic"] == "/vectornav/imu"
+    assert given["update_rate"] == pytest.approx(run.imu.rate_hz, rel=0.01)
+    still = slice(200, 5_000)
+    for name, series in (("gyroscope", run.imu.angular_rate), ("accelerometer", run.imu.specific_force)):
+        spread = float(np.std(np.diff(series[still], axis=0)) / np.sqrt(2))  # without drift
+        assert given[f"{name}_noise_density"] * np.sqrt(given["update_rate"]) == pytest.approx(spread, rel=0.1)
+        assert given[f"{name}_random_walk"] > 0
+
+
 def test_too_little_rest_is_said() -> None:
     with pytest.raises(IdentificationError, match="30 s are needed"):
         rest_noise([_still(10.0)], "mpu6050")
@@ -83,7 +98,12 @@ def test_too_little_rest_is_said() -> None:
 def test_the_command_on_a_measured_rest(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     bag = recordings("mpu6050_handheld", "imu_static_test")
     assert main([str(bag), "--out", str(tmp_path / "out")]) == 0
-    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == ["allan.png", "bridge_noise.yaml", "noise.json"]
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "allan.png",
+        "bridge_noise.yaml",
+        "kalibr_imu.yaml",
+        "noise.json",
+    ]
     assert "gyro: white 0.01" in capsys.readouterr().out
     assert main([str(tmp_path / "none"), "--out", str(tmp_path / "out2")]) == 2
     assert capsys.readouterr().err.count("\n") == 1

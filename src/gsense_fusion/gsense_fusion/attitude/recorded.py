@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gsense_fusion.bags import Run
 from gsense_fusion.compensation import CompensationFile, rail_power
+from gsense_fusion.rotations import enu_to_ned
 
 from .accuracy import AccuracyError, Reference, at_samples, moving_carriage, reference_of, resting
 from .interface import FloatArray, IntArray
@@ -72,6 +75,16 @@ def reference_of_run(run: Run, file: CompensationFile | None, stamp_ns: IntArray
     turn = Rotation.from_rotvec(_rig_turn(file, position)).as_quat()[:, [3, 0, 1, 2]]
     moving = moving_carriage(stamp_ns, place.stamp_ns, place.position)
     return reference_of(stamp_ns, np.where(known[:, None], turn, np.nan), moving)
+
+
+def with_reference_from_ned(run: Run) -> Run:
+    """The run with its reference's attitude in the east-north-up frame, from one in north-east-down."""
+    if run.reference is None:
+        return run
+    turn = Rotation.from_matrix(enu_to_ned())
+    body = Rotation.from_quat(run.reference.orientation[:, [1, 2, 3, 0]])
+    attitude = (turn * body).as_quat()[:, [3, 0, 1, 2]]
+    return replace(run, reference=replace(run.reference, orientation=attitude))
 
 
 def _rig_turn(file: CompensationFile | None, position: FloatArray) -> FloatArray:

@@ -32,13 +32,14 @@ _SAME_START_NS = 10**9
 """Sensors of one board begin and end together, give or take this."""
 
 
-def load_run(path: Path | str, sensor: str) -> Run:
+def load_run(path: Path | str, sensor: str, reference: str | None = None) -> Run:
     """Read a bag.
 
     Args:
         path: rosbag2 folder, or a bare `.mcap` or `.db3` file; MCAP or SQLite3, compressed or not, any recorder.
         sensor: a sensor's name (`mpu6050`: the topic that ends in `mpu6050/imu/data_raw`, under any namespace) or a
-            whole topic (`/imu`).
+            whole topic (`/imu`), beside which field and temperature are found by their types.
+        reference: topic of the attitude to judge by: PoseStamped, or an Imu that reports its orientation.
 
     Returns:
         The run; what the bag lacks is None, and what was odd is in `notes`.
@@ -48,7 +49,7 @@ def load_run(path: Path | str, sensor: str) -> Run:
     """
     path = Path(path)
     with open_storage(path) as storage:
-        names = find_names(path, {topic.name: topic.msgtype for topic in storage.topics.values()}, sensor)
+        names = find_names(path, {topic.name: topic.msgtype for topic in storage.topics.values()}, sensor, reference)
         raw = storage.read(names.all())
     loader = _Loader(path, raw, [*storage.notes, *names.notes])
     imu = loader.imu(names.imu)
@@ -172,6 +173,12 @@ class _Loader:
         table = self._table(name)
         if table is None:
             return None
+        if "orientation_covariance" in table.columns:
+            attitude = _attitude(table)
+            if attitude is None:
+                raise BagError(f"{self.path}: {name} reports no orientation, so it is no reference")
+            known = np.isfinite(attitude).all(axis=1)
+            return ReferencePose(table.stamp_ns[known], np.full((int(known.sum()), 3), np.nan), attitude[known])
         orientation = table.column("orientation")[:, [3, 0, 1, 2]]  # ROS x, y, z, w -> w, x, y, z
         norm = np.linalg.norm(orientation, axis=1, keepdims=True)
         return ReferencePose(table.stamp_ns, table.column("position"), orientation / np.where(norm > 0, norm, np.nan))

@@ -10,6 +10,8 @@ from .storage import BagError
 
 IMU = "sensor_msgs/msg/Imu"
 _POSE = "geometry_msgs/msg/PoseStamped"
+_FIELD = "sensor_msgs/msg/MagneticField"
+_TEMPERATURE = "sensor_msgs/msg/Temperature"
 _RAW = "imu/data_raw"
 
 
@@ -36,16 +38,29 @@ class Names:
         return list(dict.fromkeys(value for value in values if value is not None))
 
 
-def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
+def sensor_name(sensor: str) -> str:
+    """What a sensor is called in files: the name before `imu/data_raw`; else as it was given, a whole topic too."""
+    name = sensor.strip().rstrip("/")
+    return name.removesuffix("/" + _RAW).rpartition("/")[2] if name.endswith("/" + _RAW) else name
+
+
+def raw_topic(sensor: str) -> str:
+    """The topic of a sensor's samples: a whole topic is that itself."""
+    name = sensor.strip().rstrip("/")
+    return name if name.startswith("/") else f"/{name}/{_RAW}"
+
+
+def find_names(path: Path, topics: dict[str, str], sensor: str, reference: str | None = None) -> Names:
     """Topics of `sensor` among those of a bag.
 
     Args:
         path: the bag, for messages.
         topics: topic name -> message type.
         sensor: a sensor's name or a whole topic.
+        reference: whole topic of the attitude to judge by; None: `reference/pose`, where there is one.
 
     Raises:
-        BagError: no such sensor, or several under different prefixes.
+        BagError: no such sensor, several under different prefixes, or no such reference.
     """
     imu = _imu_topic(path, topics, sensor)
     name = imu.lstrip("/")
@@ -54,21 +69,25 @@ def find_names(path: Path, topics: dict[str, str], sensor: str) -> Names:
         base = imu[: -len("/" + _RAW)]
         prefix, short = base[: base.rfind("/") + 1] or "/", base[base.rfind("/") + 1 :]
     notes: list[str] = []
+    foreign = short == imu
 
     def find(tail: str, msgtype: str) -> str | None:
         return _beside(topics, prefix, tail, msgtype, notes)
 
+    def of_sensor(tail: str, msgtype: str) -> str | None:
+        return find(f"{own}/{tail}", msgtype) or (_sibling(topics, imu, msgtype) if foreign else None)
+
     own = short.strip("/")
-    mag = find(f"{own}/imu/mag", "sensor_msgs/msg/MagneticField")
+    mag = of_sensor("imu/mag", _FIELD)
     return Names(
         sensor=short,
         imu=imu,
         pose=find("rig/pose", _POSE),
         joint=find("rig/joint_states", "sensor_msgs/msg/JointState"),
-        temperature=find(f"{own}/temperature", "sensor_msgs/msg/Temperature"),
+        temperature=of_sensor("temperature", _TEMPERATURE),
         battery=find("battery", "sensor_msgs/msg/BatteryState"),
         mag=mag,
-        reference=find("reference/pose", _POSE),
+        reference=_reference(path, topics, reference) if reference else find("reference/pose", _POSE),
         own=find(f"{own}/imu/data", IMU),
         link=find("link", LINK_STATUS),
         state=find("rig/state", RIG_STATE) if mag else None,
@@ -81,6 +100,21 @@ def imus_beside(topics: dict[str, str], imu: str) -> list[str]:
     prefix = imu.removesuffix("/" + _RAW).rpartition("/")[0] + "/"
     others = {name for name, kind in topics.items() if kind == IMU and name.endswith("/" + _RAW)} - {imu}
     return sorted((n for n in others if n.removesuffix("/" + _RAW).rpartition("/")[0] + "/" == prefix), reverse=True)
+
+
+def _sibling(topics: dict[str, str], imu: str, msgtype: str) -> str | None:
+    """The only topic of a type that has the same parent: how drivers of other sensors name their topics."""
+    parent = imu.rpartition("/")[0]
+    found = [name for name, kind in topics.items() if kind == msgtype and name.rpartition("/")[0] == parent]
+    return found[0] if len(found) == 1 else None
+
+
+def _reference(path: Path, topics: dict[str, str], wanted: str) -> str:
+    name = "/" + wanted.strip().strip("/")
+    usable = sorted(topic for topic, kind in topics.items() if kind in (IMU, _POSE))
+    if name not in usable:
+        raise BagError(f"{path}: no reference {name}; Imu and PoseStamped topics there: {', '.join(usable) or 'none'}")
+    return name
 
 
 def _imu_topic(path: Path, topics: dict[str, str], sensor: str) -> str:

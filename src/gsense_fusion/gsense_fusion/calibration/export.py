@@ -20,6 +20,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from gsense_fusion.bags.topics import raw_topic
 from gsense_fusion.compensation import CompensationFile, GSensitivity, ScaleMisalignment
 
 FORMATS = ("kalibr", "openvins")
@@ -69,7 +70,7 @@ class _Matrices:
 def _kalibr(file: CompensationFile, m: _Matrices) -> dict[str, Any]:
     return {
         "model": "scale-misalignment",
-        "rostopic": f"/{file.sensor.strip('/')}/imu/data_raw",
+        "rostopic": raw_topic(file.sensor),
         "T_i_b": _rows(np.eye(4)),
         "time_offset": 0.0,
         "accelerometers": {"M": _rows(m.accelerometer)},
@@ -80,7 +81,7 @@ def _kalibr(file: CompensationFile, m: _Matrices) -> dict[str, Any]:
 def _openvins(file: CompensationFile, m: _Matrices) -> dict[str, Any]:
     return {
         "model": "kalibr",
-        "rostopic": f"/{file.sensor.strip('/')}/imu/data_raw",
+        "rostopic": raw_topic(file.sensor),
         "T_i_b": _rows(np.eye(4)),
         "time_offset": 0.0,
         "Tw": _rows(m.gyro),

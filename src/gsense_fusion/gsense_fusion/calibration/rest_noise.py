@@ -12,6 +12,7 @@ import yaml
 from matplotlib.figure import Figure
 
 from gsense_fusion.bags.run import Run
+from gsense_fusion.bags.topics import raw_topic, sensor_name
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.stillness import still_stretches
@@ -85,7 +86,7 @@ def _rests(run: CleanRun) -> list[CleanRun]:
 
 def bridge_parameters(noise: RestNoise) -> str:
     """ROS parameters for the bridge: its densities of this sensor."""
-    name = noise.sensor.strip("/").split("/")[0]
+    name = sensor_name(noise.sensor).strip("/")
     values = {f"{name}.gyro_noise_density": float(f"{pooled_density(list(noise.gyro.values())):.4g}")}
     if noise.accelerometer:
         values[f"{name}.accel_noise_density"] = float(f"{pooled_density(list(noise.accelerometer.values())):.4g}")
@@ -93,6 +94,29 @@ def bridge_parameters(noise: RestNoise) -> str:
         f"# from {noise.seconds:.0f} s of rest in {noise.bag}; ros2 run gsense_driver bridge --ros-args --params-file\n"
     )
     return head + yaml.safe_dump({"/**/bridge": {"ros__parameters": values}}, sort_keys=False)
+
+
+def kalibr_imu(noise: RestNoise) -> str:
+    """Kalibr's imu.yaml, also read by VINS programs: N and K of the Allan deviation, its worst axis.
+
+    Kalibr's density is N itself, the deviation at 1 s; the bridge's is sqrt(2) N, one-sided. A rate random walk that
+    the rest was too short to see is written as the largest that the end of the curve allows.
+    """
+    values: dict[str, object] = {}
+    bounded = []
+    for kind, found in (("accelerometer", noise.accelerometer), ("gyroscope", noise.gyro)):
+        if not found:
+            continue
+        walk = max(p.rate_random_walk for p in found.values())
+        if walk == 0.0:
+            bounded.append(kind)
+            walk = max(float(p.curve.deviation[-1] * np.sqrt(3.0 / p.curve.tau[-1])) for p in found.values())
+        values[f"{kind}_noise_density"] = float(f"{max(p.random_walk for p in found.values()):.4g}")
+        values[f"{kind}_random_walk"] = float(f"{walk:.4g}")
+    values |= {"rostopic": raw_topic(noise.sensor), "update_rate": round(noise.rate_hz, 2)}
+    head = f"# from {noise.seconds:.0f} s of rest in {noise.bag}; in motion there is more: Kalibr advises ten times\n"
+    head += f"# upper bound, not seen in this time: random walk of {' and '.join(bounded)}\n" if bounded else ""
+    return head + yaml.safe_dump(values, sort_keys=False)
 
 
 def noise_json(noise: RestNoise) -> str:

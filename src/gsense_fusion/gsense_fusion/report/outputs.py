@@ -8,6 +8,7 @@ from typing import Any
 
 import yaml
 
+from gsense_fusion.bags.topics import sensor_name
 from gsense_fusion.compensation import (
     CompensationFile,
     FrictionPickup,
@@ -87,7 +88,7 @@ def compensation(result: LoopResult) -> CompensationFile:
                     replace(term, c=_vector(values, "c2"), f0=values["f2"].value, damping=values["damping2"].value)
                 )
     return CompensationFile(
-        sensor=result.sensor.strip("/").split("/")[0] or result.sensor,
+        sensor=sensor_name(result.sensor),
         unit_id=result.unit_id,
         bias=result.bias,
         terms=tuple(terms),

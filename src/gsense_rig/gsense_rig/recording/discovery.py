@@ -14,7 +14,10 @@ from rosbags.interfaces import Qos, QosDurability, QosHistory, QosLiveliness, Qo
 DEPTH = 4000
 """Samples that a subscription keeps: several seconds of every topic together, so that no stall loses one."""
 _SENSORS = (Topics.MPU6050, Topics.BNO055, Topics.LISY300)
-_NAMES = (Topics.LINK, Topics.BATTERY, Topics.RIG_POSE, Topics.RIG_STATE, Topics.RIG_JOINT_STATES, "robot_description")
+_NAMES = (
+    *(Topics.LINK, Topics.BATTERY, Topics.RIG_POSE, Topics.RIG_STATE, Topics.RIG_JOINT_STATES),
+    *("robot_description", "bridge/transition_event"),
+)
 _TAILS = tuple(f"/{name}" for name in _NAMES)
 _NS = 1_000_000_000
 _FOREVER = QosTime(9223372036, 854775807)
