@@ -22,12 +22,13 @@ KEYS = {
     "rosbags": "python3-rosbags-pip",
     "scipy": "python3-scipy",
     "serial": "python3-serial",
+    "tornado": "python3-tornado",
     "yaml": "python3-yaml",
 }
 """Module -> key in rosdep/python.yaml of rosdistro (2026)."""
 BROUGHT_ALONG = {"markupsafe": "jinja2", "lz4": "rosbags", "backports": "rosbags", "mpl_toolkits": "matplotlib"}
 """Module -> the module whose package depends on it."""
-WITHOUT_KEY = {"vqf", "allantools"}
+WITHOUT_KEY = {"vqf", "allantools", "distributed"}
 NOT_IMPORTED = {
     "gsense_rig": {"launch_ros", "ros2launch", "robot_state_publisher", "gsense_driver", "gsense_fusion"},
     "gsense_driver": {"gsense_firmware"},
