@@ -34,7 +34,7 @@ from gsense_rig import simulate
 from gsense_rig.campaign.plan import PlanError, load_plan
 
 HERE = Path(__file__).resolve().parent
-LONGEST = 120
+LONGEST = 240
 """s: of a case on a loaded machine."""
 LINE = 1500
 """Characters of an error line."""

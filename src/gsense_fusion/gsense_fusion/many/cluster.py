@@ -35,7 +35,7 @@ def run_on_cluster(jobs: Sequence[Job], address: str) -> Iterator[Outcome]:
         futures = {
             client.submit(work, job, pure=False, retries=0, priority=-place): job for place, job in enumerate(jobs)
         }
-        finished = as_completed(list(futures))
+        finished = as_completed(list(futures), loop=client.loop)
         for future in finished:
             yield _outcome(future, futures.pop(future))
             future.release()
