@@ -1,4 +1,4 @@
-"""A bag in whose midst the host's clock was set by an hour: refused by name, never taken for an hour of lost samples."""
+"""A bag in whose midst the host's clock was set by an hour: refused by name, not taken for an hour of losses."""
 
 from __future__ import annotations
 

@@ -231,19 +231,16 @@ def test_after_a_kill_the_same_command_goes_on(
 @pytest.mark.slow
 def test_on_a_cluster(data: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    killed = {"fit": "good/run_*", "effects": "killer.py", "name": "killed"}
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
     ) as cluster:
         address = cluster.scheduler_address
-        given = manifest(data, GOOD, BROKEN, killed)
+        given = manifest(data, GOOD, BROKEN)
         assert main(["--manifest", given, "--out", str(out), "--scheduler", address]) == 1
         found = states(out)
         assert {name: state for name, (state, _) in found.items()} == {
             "good": "done",
             "broken": "failed",
-            "killed": "failed",
         }
-        assert "KilledWorker" in str(found["killed"][1])
         assert main(["--manifest", manifest(data, GOOD), "--out", str(out), "--scheduler", address]) == 0
         assert states(out) == {"good": ("kept", None)}

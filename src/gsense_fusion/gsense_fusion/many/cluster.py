@@ -55,7 +55,9 @@ def _outcome(future: Any, job: Job) -> Outcome:
         raise ClusterError(f"the scheduler was lost ({error}); start it again: the same command goes on") from error
     if isinstance(error, ModuleNotFoundError):
         return failed(job, f"a worker lacks {error.name}: install gsense_fusion there")
-    return failed(job, f"its worker died or refused it ({type(error).__name__}: {error})")
+    if type(error).__name__ == "KilledWorker":  # of `distributed`, which need not be installed
+        return failed(job, "the workers that had it died, by it or by one beside it; the same command tries it again")
+    return failed(job, f"its worker refused it ({type(error).__name__}: {error})")
 
 
 def _connect(address: str) -> Any:
