@@ -271,3 +271,30 @@ def test_a_reversal_turns_by_twice_the_play() -> None:
     between = angle[(np.abs(s) < 0.1) & (t > 1)]
     assert np.ptp(between) == pytest.approx(2.0, abs=0.05)
     assert np.abs(np.abs(between - between.mean()) - 1.0).max() < 0.1
+
+
+def test_a_flat_spectrum_from_short_rest_is_flat_within_what_it_says() -> None:
+    """Two minutes at 25 Hz: bands of 40 ordinates alone are off by a sixth each."""
+    rng = np.random.default_rng(8)
+    rate, worst, pulls = 25.0, [], []
+    f = np.linspace(4.0, 10.0, 60)
+    for _ in range(20):
+        model = fit_noise([1e-3 * rng.standard_normal(1450) for _ in range(2)], rate)
+        error = np.log(model.psd(f) / (2 * 1e-6 / rate))
+        worst.append(float(np.abs(error).max()))
+        pulls.append(error[30] / np.sqrt(model.variance(f[30:31])[0]))
+    assert np.median(worst) < 0.13
+    assert 0.5 < np.std(pulls) < 1.6
+
+
+def test_a_filter_s_slope_is_not_smoothed_away() -> None:
+    rng = np.random.default_rng(9)
+    rate, n = 100.0, 6000
+    at = np.fft.rfftfreq(n, 1 / rate)
+    gain = 1 / np.sqrt(1 + (at / 15.0) ** 8)
+    windows = [np.fft.irfft(np.fft.rfft(rng.standard_normal(n)) * gain, n) for _ in range(2)]
+    model = fit_noise(windows, rate)
+    f = np.linspace(6.0, 35.0, 30)
+    truth = 2 / rate / (1 + (f / 15.0) ** 8)
+    assert np.abs(np.log(model.psd(f) / truth)).max() < 0.4
+    assert np.sqrt(model.variance(f)).max() < 0.25

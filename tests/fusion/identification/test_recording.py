@@ -136,12 +136,13 @@ def test_what_sound_crystals_differ_by_is_a_note() -> None:
     assert any("+25 ppm" in n for n in result.notes), result.notes
 
 
-def test_many_lost_samples_are_a_finding() -> None:
-    many = analyse(changed(made(BOW), lossy(0.06)), SETTINGS)
+@pytest.mark.parametrize("part", [0.06, pytest.param(0.02, marks=pytest.mark.slow)])
+def test_many_lost_samples_are_a_finding(part: float) -> None:
+    many = analyse(changed(made(BOW), lossy(part)), SETTINGS)
     assert names(many) == ["rail_curvature", "sample_loss"], many.unexplained
     found = finding(many, "sample_loss")
     assert found.owner is Owner.CHAIN
-    assert found.parameters["part"].value == pytest.approx(0.06, abs=3 * found.parameters["part"].stderr)
+    assert found.parameters["part"].value == pytest.approx(part, abs=3 * found.parameters["part"].stderr)
     assert "radio" in found.advice
 
 

@@ -28,6 +28,16 @@ class Bins:
     """Multiplies the rfft so that real and imaginary parts have unit variance, shape (bins, 3)."""
     samples: int
     """Of the window."""
+    noise: Mapping[int, NoiseModel]
+    """What the axes were whitened by."""
+
+    @cached_property
+    def variance(self) -> FloatArray:
+        """Relative variance of the density that each bin was whitened by, shape (bins, 3)."""
+        out = np.zeros((len(self.frequency), 3))
+        for axis, model in self.noise.items():
+            out[:, axis] = model.variance(self.frequency)
+        return out
 
     @cached_property
     def slow(self) -> tuple[FloatArray, ...]:
@@ -46,7 +56,7 @@ def window_bins(n: int, rate_hz: float, noise: Mapping[int, NoiseModel], highest
     for axis, model in noise.items():
         f = frequency[keep]
         weight[:, axis] = np.sqrt(4.0 / (rate_hz * n * model.psd(f))) * model.usable(f, resolution)
-    return Bins(keep, frequency[keep], weight, n)
+    return Bins(keep, frequency[keep], weight, n, noise)
 
 
 def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:

@@ -10,13 +10,19 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
+from scipy.special import digamma, polygamma
 
-from gsense_fusion.identification.types import BoolArray, FloatArray
+from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
 PARAMETRIC_BELOW_HZ = 4.0
 ORDINATES_PER_BAND = 40
 TONE_FALSE_ALARM = 1e-4
+TRIM = 5.0
+"""A tone counts for no more than this many times the level of its band."""
+ROUGHNESS = tuple(10.0**x for x in np.arange(-6.0, 2.01, 0.5))
+"""Variances of ln(shape) an octave that are tried: from a flat spectrum to any."""
 _FLOOR = 1e-18
 RESPONSE_POINTS = 120
 NOT_FILTERED = 0.93
@@ -36,12 +42,42 @@ class NoiseModel:
     shape: FloatArray
     """Ratio of the smoothed spectrum to the parametric one at `shape_hz` (the sensor's filter)."""
     tones_hz: tuple[float, ...] = ()
+    covariance: FloatArray | None = None
+    """Of ln(shape) at `shape_hz`, shape (k, k); None where it is exact."""
 
     def psd(self, frequency: FloatArray) -> FloatArray:
         """One-sided density at the frequencies in Hz (> 0)."""
         f = np.maximum(frequency, 1e-6)
         base = self.white + self.flicker / f + self.walk / f**2
         return np.asarray(base * np.interp(f, self.shape_hz, self.shape))
+
+    def variance(self, frequency: FloatArray) -> FloatArray:
+        """Relative variance of the density at the frequencies in Hz, as short rest leaves it, shape (n,)."""
+        c = self.covariance
+        if c is None or len(self.shape_hz) < 2:
+            return np.zeros(len(frequency))
+        i, part = self._place(frequency)
+        return np.asarray((1 - part) ** 2 * c[i, i] + 2 * part * (1 - part) * c[i, i + 1] + part**2 * c[i + 1, i + 1])
+
+    def variance_between(self, one: FloatArray, other: FloatArray) -> float:
+        """Of the ratio of two mean powers over the density, taken at these and at those frequencies in Hz."""
+        c = self.covariance
+        if c is None or len(self.shape_hz) < 2 or not len(one) or not len(other):
+            return 0.0
+        share = self._shares(one) - self._shares(other)
+        return float(share @ c @ share)
+
+    def _shares(self, frequency: FloatArray) -> FloatArray:
+        """What each point of the shape contributes to the mean over the frequencies, shape (k,)."""
+        (i, part), k = self._place(frequency), len(self.shape_hz)
+        return np.asarray((np.bincount(i, 1 - part, k) + np.bincount(i + 1, part, k)) / len(frequency))
+
+    def _place(self, frequency: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The point of the shape before each frequency, and how far it lies towards the next."""
+        last = len(self.shape_hz) - 1
+        at = np.interp(frequency, self.shape_hz, np.arange(last + 1.0))
+        i = np.minimum(at.astype(int), last - 1)
+        return i, np.asarray(at - i)
 
     def usable(self, frequency: FloatArray, resolution_hz: float) -> BoolArray:
         """False around the tones that are there at rest too."""
@@ -122,8 +158,8 @@ def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[Boo
     frequency, power = frequency[order], power[order]
     low = frequency < PARAMETRIC_BELOW_HZ
     white, flicker, walk = _whittle(frequency[low], power[low])
-    shape_hz, shape = _shape(frequency, power, (white, flicker, walk))
-    model = NoiseModel(white, flicker, walk, shape_hz, shape)
+    shape_hz, shape, covariance = _shape(frequency, power, (white, flicker, walk))
+    model = NoiseModel(white, flicker, walk, shape_hz, shape, (), covariance)
     return _with_tones(model, grams)
 
 
@@ -144,12 +180,17 @@ def _whittle(frequency: FloatArray, power: FloatArray) -> tuple[float, float, fl
     return float(np.exp(best[0])), float(np.exp(best[1])), float(np.exp(best[2]))
 
 
-def _shape(frequency: FloatArray, power: FloatArray, base: tuple[float, float, float]) -> tuple[FloatArray, FloatArray]:
-    """Smoothed ratio above 4 Hz in bands of equal numbers of ordinates at least a twelfth of an octave wide."""
+def _shape(
+    frequency: FloatArray, power: FloatArray, base: tuple[float, float, float]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Smoothed ratio above 4 Hz with the covariance of its logarithm, from bands at least a twelfth of an octave wide.
+
+    Bands of 40 ordinates alone are off by a sixth each: the smoothness that they show together is used.
+    """
     high = frequency >= PARAMETRIC_BELOW_HZ
     f, p = frequency[high], power[high]
     if len(f) < ORDINATES_PER_BAND:
-        return np.array([PARAMETRIC_BELOW_HZ]), np.array([1.0])
+        return np.array([PARAMETRIC_BELOW_HZ]), np.array([1.0]), np.zeros((1, 1))
     ratio = p / (base[0] + base[1] / f + base[2] / f**2)
     edges = [0]
     while edges[-1] < len(f):
@@ -158,18 +199,48 @@ def _shape(frequency: FloatArray, power: FloatArray, base: tuple[float, float, f
         edges.append(min(len(f), max(wide, start + ORDINATES_PER_BAND)))
     if len(edges) > 2 and edges[-1] - edges[-2] < ORDINATES_PER_BAND:
         del edges[-2]
-    centres = [PARAMETRIC_BELOW_HZ]
-    values = [1.0]
-    for a, b in itertools.pairwise(edges):
-        centres.append(float(np.mean(f[a:b])))
-        # the median is blind to tones; for exponential ordinates it is ln 2 of the mean
-        values.append(float(np.median(ratio[a:b]) / np.log(2)) if b - a < 200 else float(np.mean(_trim(ratio[a:b]))))
-    return np.array(centres), np.array(values)
+    bands = list(itertools.pairwise(edges))
+    count = np.array([b - a for a, b in bands])
+    centre = np.array([float(np.mean(f[a:b])) for a, b in bands])
+    level = np.array([_level(ratio[a:b]) for a, b in bands])
+    value, covariance = _smooth(np.log2(centre / PARAMETRIC_BELOW_HZ), level, count, 1.0 / max(int((~high).sum()), 1))
+    return np.append(PARAMETRIC_BELOW_HZ, centre), np.append(1.0, np.exp(value)), covariance
 
 
-def _trim(ratio: FloatArray) -> FloatArray:
-    limit = 12.0 * float(np.median(ratio)) / np.log(2)
-    return np.minimum(ratio, limit)
+def _level(ratio: FloatArray) -> float:
+    """Mean of exponential ordinates without what tones add."""
+    limit = TRIM * float(np.median(ratio)) / np.log(2)
+    return float(np.mean(np.minimum(ratio, limit))) / (1.0 - np.exp(-TRIM))
+
+
+def _smooth(octave: FloatArray, level: FloatArray, count: FloatArray, joint: float) -> tuple[FloatArray, FloatArray]:
+    """Logarithm of a spectrum as a random walk over octaves, its roughness by maximum likelihood.
+
+    Args:
+        octave: Where the bands are, from the point at which the walk begins at zero, shape (k,).
+        level: Mean of each band's ordinates, shape (k,).
+        count: Their numbers, shape (k,).
+        joint: Variance of that zero: the level below it is an estimate too.
+
+    Returns:
+        Its mean (k,) and its covariance with the point of zero before it (k + 1, k + 1).
+
+    """
+    y = np.log(np.maximum(level, _FLOOR)) - (digamma(count) - np.log(count))
+    error = np.diag(polygamma(1, count))
+    walk = np.minimum(octave[:, None], octave[None])
+
+    def solved(roughness: float) -> tuple[float, FloatArray, FloatArray]:
+        prior = roughness * walk + joint
+        factor = cho_factor(prior + error, lower=True)
+        cost = float(y @ cho_solve(factor, y)) + 2 * float(np.sum(np.log(np.diag(factor[0]))))
+        return cost, prior @ cho_solve(factor, y), prior - prior @ cho_solve(factor, prior)
+
+    _, value, covariance = min((solved(r) for r in ROUGHNESS), key=lambda s: s[0])
+    whole = np.zeros((len(y) + 1, len(y) + 1))
+    whole[0, 0] = joint
+    whole[1:, 1:] = covariance
+    return value, whole
 
 
 def _with_tones(model: NoiseModel, grams: Sequence[Periodogram]) -> NoiseModel:
@@ -183,7 +254,7 @@ def _with_tones(model: NoiseModel, grams: Sequence[Periodogram]) -> NoiseModel:
     for tone in sorted(tones):
         if not unique or tone - unique[-1] > 0.05:
             unique.append(tone)
-    return NoiseModel(model.white, model.flicker, model.walk, model.shape_hz, model.shape, tuple(unique))
+    return replace(model, tones_hz=tuple(unique))
 
 
 def at_least(model: NoiseModel, white: float) -> NoiseModel:
@@ -195,6 +266,4 @@ def at_least(model: NoiseModel, white: float) -> NoiseModel:
 
 def scaled(model: NoiseModel, factor: float) -> NoiseModel:
     """The same spectrum with its power multiplied."""
-    return NoiseModel(
-        model.white * factor, model.flicker * factor, model.walk * factor, model.shape_hz, model.shape, model.tones_hz
-    )
+    return replace(model, white=model.white * factor, flicker=model.flicker * factor, walk=model.walk * factor)

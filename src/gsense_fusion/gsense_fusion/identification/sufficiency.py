@@ -27,7 +27,7 @@ LINE_REACH = 3
 """Bins to either side that a line may reach; the level of the noise comes from those up to `LEVEL_REACH`."""
 LEVEL_REACH = 25
 MODEL_ERROR = 0.02
-"""The smoothed spectrum's own relative error, as good as some minutes of rest allow."""
+"""Relative error of the spectrum beyond what its ordinates say (`NoiseModel.covariance`): noise is not quite steady."""
 
 
 @dataclass(frozen=True)
@@ -177,9 +177,10 @@ def _single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
     out = []
     for w in moving:
         away = w.away_from_orders()
-        level, known = _beside(w.power * away[:, None], away.astype(float))
+        level, near = _beside(w.power * away[:, None], away.astype(float))
+        known = _known(near, w.bins.variance)
         # exponential ordinates over a level from m others: the tail (1 + x/m)^-m, put back on the scale of exp(-x)
-        calibrated = known[:, None] * np.log1p(w.power / level / known[:, None])
+        calibrated = known * np.log1p(w.power / level / known)
         for i, axis in zip(*np.nonzero((calibrated > threshold) & away[:, None]), strict=True):
             p = float(min(1.0, looks * np.exp(-calibrated[i, axis])))
             amplitude = _amplitude(w, int(i), int(axis), float(w.power[i, axis]))
@@ -201,9 +202,10 @@ def _pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
         total += w.power[at] * usable[:, None]
         count += usable
         nearest.append((w, at))
-    level, known = _beside(total, count)
+    level, near = _beside(total, count)
+    known = _known(near, coarse.bins.variance)
     mean = total / np.maximum(count, 1)[:, None]
-    p = np.asarray(fisher.sf(mean / level, 2 * np.maximum(count, 1)[:, None], 2 * known[:, None]))
+    p = np.asarray(fisher.sf(mean / level, 2 * np.maximum(count, 1)[:, None], 2 * known))
     looks = int((count > 1).sum()) * 3
     out = []
     for i, axis in zip(*np.nonzero((p < alpha / max(1, looks)) & (count > 1)[:, None]), strict=True):
@@ -236,21 +238,33 @@ def _beside(total: FloatArray, count: FloatArray) -> tuple[FloatArray, FloatArra
     return np.maximum(near[:, :3] / known[:, None], 1.0), known
 
 
+def _known(near: FloatArray, variance: FloatArray) -> FloatArray:
+    """Ordinates that the level of each bin is worth: those beside it, and the spectrum's error between them and it.
+
+    Args:
+        near: Ordinates beside each bin, shape (m,).
+        variance: Relative variance of the spectrum there, which all windows share, shape (m, 3).
+
+    """
+    return np.asarray(1.0 / (1.0 / near[:, None] + variance))
+
+
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     """Broadband power in motion against rest."""
     worst: tuple[float, int, float, float, float] | None = None
     looks = 0
     for low, high in itertools.pairwise(BAND_EDGES_HZ):
         for axis in range(3):
-            mean, count, _ = _band(moving, low, high, axis)
-            rest, rest_count, _ = _band(still, low, high, axis)
-            if count < 30 or rest_count < 30 or rest <= 0.0:  # a coarse step may leave nothing at rest
+            motion, rest = _band(moving, low, high, axis), _band(still, low, high, axis)
+            count, rest_count = len(motion.frequency), len(rest.frequency)
+            if count < 30 or rest_count < 30 or rest.mean <= 0.0:  # a coarse step may leave nothing at rest
                 continue
             looks += 1
             # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
-            known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2)
-            z = float(norm.isf(np.clip(fisher.sf(mean / rest, 2 * count, 2 * known), 1e-300, 1.0)))
-            excess = (mean - rest) * _band(moving, low, high, axis)[2]
+            spectrum = moving[0].bins.noise[axis].variance_between(motion.frequency, rest.frequency)
+            known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2 + spectrum)
+            z = float(norm.isf(np.clip(fisher.sf(motion.mean / rest.mean, 2 * count, 2 * known), 1e-300, 1.0)))
+            excess = (motion.mean - rest.mean) * motion.variance
             if worst is None or z > worst[0]:
                 worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
     if worst is None or norm.sf(worst[0]) > alpha / looks:
@@ -260,16 +274,30 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
     return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
 
 
-def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> tuple[float, int, float]:
-    """Mean power over its expectation, number of ordinates, and the expected variance in the band, (rad/s)^2."""
-    values, variance = [], 0.0
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """Ordinates of windows in a band, away from the drive's orders."""
+
+    mean: float
+    """Of their power over its expectation."""
+    frequency: FloatArray
+    """Of each, Hz."""
+    variance: float
+    """What the band is expected to hold, (rad/s)^2."""
+
+
+def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> _Band:
+    power: list[FloatArray] = [np.zeros(0)]
+    frequency: list[FloatArray] = [np.zeros(0)]
+    variance = 0.0
     for w in windows:
         inside = (w.frequency >= low) & (w.frequency < high) & w.away_from_orders() & (w.bins.weight[:, axis] > 0)
-        values.append(w.power[inside, axis])
+        power.append(w.power[inside, axis])
+        frequency.append(w.frequency[inside])
         n = len(w.window)
         variance = max(variance, float(np.sum(4.0 / (n**2 * np.maximum(w.bins.weight[inside, axis], 1e-30) ** 2))))
-    power = np.concatenate(values) if values else np.zeros(0)
-    return (float(power.mean()) if len(power) else 1.0), len(power), variance
+    values = np.concatenate(power)
+    return _Band(float(values.mean()) if len(values) else 1.0, np.concatenate(frequency), variance)
 
 
 def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> list[Symptom]:

@@ -67,7 +67,7 @@ class WideBand:
         wide = (bins.frequency > self._above) & (self._response.at(bins.frequency) >= PASSED)
         keep = bins.keep.copy()
         keep[np.flatnonzero(bins.keep)[~wide]] = False
-        return Bins(keep, bins.frequency[wide], bins.weight[wide], n)
+        return Bins(keep, bins.frequency[wide], bins.weight[wide], n, bins.noise)
 
     def _levelled(self, rate: FloatArray, window: Window, bins: Bins) -> Bins:
         """Weights by the noise that is there in motion: a belt that rings is more than there is at rest."""
@@ -78,7 +78,7 @@ class WideBand:
             if len(rows):
                 power = (rows[: len(rows) // 2] ** 2 + rows[len(rows) // 2 :] ** 2) / 2.0
                 weight[:, axis] /= np.sqrt(max(1.0, float(np.median(power)) / np.log(2.0)))
-        return Bins(bins.keep, bins.frequency, weight, bins.samples)
+        return Bins(bins.keep, bins.frequency, weight, bins.samples, bins.noise)
 
     def _of(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
         templates = templates.only(fields_of(effect))
