@@ -6,14 +6,43 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.study.cases import Case, parameters
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
+from gsense_fusion.identification.effects.reversals import reversals, rock_angle, zero_crossings
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, analysed, finding, names
 
+STICKING = Case("single", ("bearing_play",), 4000.0, 30_402)
 AT_200_HZ = replace(BASE, chain=ChainParameters(rate_hz=200.0, filter_hz=42.0))
+
+
+def test_ripple_about_the_place_where_the_carriage_sticks_is_no_reversal() -> None:
+    step, w = 0.005, 1.5
+    t = np.arange(0.0, 20.0, step)
+    free = 0.15 * np.sin(w * t)
+    smooth = np.clip(free, -0.149, 0.149), np.where(np.abs(free) < 0.149, 0.15 * w * np.cos(w * t), 0.0)
+    ripple = 5e-5 * np.sin(30 * w * t), 5e-5 * 30 * w * np.cos(30 * w * t)
+    position, velocity = smooth[0] + ripple[0], smooth[1] + ripple[1]
+    true, places = reversals(*smooth, step)
+    found, where = reversals(position, velocity, step)
+    assert len(zero_crossings(velocity)) > 2 * len(true)
+    assert len(found) == len(true) == len(zero_crossings(smooth[1]))
+    assert found * step == pytest.approx(true * step, abs=0.2)
+    assert where == pytest.approx(places, abs=1e-4)
+    error = rock_angle(t, position, velocity, 4e-4) - rock_angle(t, *smooth, 4e-4)
+    assert np.sqrt(np.mean(error**2)) < 0.1
+
+
+@pytest.mark.slow
+def test_play_holds_where_slow_runs_stick_at_their_reversals() -> None:
+    result = analysed(Disturbance("bearing_play", 3.144e-5), base=parameters(STICKING))
+    assert result.verdict == "effects_found", result.unexplained
+    assert names(result) == ["reversal_rock"]
+    r = finding(result, "reversal_rock").parameters
+    assert np.linalg.norm([r[f"r_{x}"].value for x in "xyz"]) == pytest.approx(3.144e-5, rel=0.1)
 
 
 @pytest.mark.slow

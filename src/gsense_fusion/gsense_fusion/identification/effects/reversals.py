@@ -8,6 +8,9 @@ from gsense_fusion.identification.types import FloatArray
 
 SLOWEST = 2e-3
 """Velocity in m/s under which the carriage counts as standing."""
+TURNED_M = 2e-4
+"""Travel between two reversals under which neither is one: a carriage that sticks stands for a while, and the
+encoder's harmonics, which end at 20 Hz, ripple about its place (4 counts)."""
 
 
 def zero_crossings(velocity: FloatArray) -> FloatArray:
@@ -44,17 +47,36 @@ def rock_angle(time: FloatArray, position: FloatArray, velocity: FloatArray, wid
     n = len(time)
     step = float(np.median(np.diff(time)))
     edges = np.arange(n + 1) - 0.5
-    slope = np.interp(edges, np.arange(n), velocity)
     bulge = np.concatenate([[0.0], (velocity[:-1] - velocity[1:]) * step / 8, [0.0]])
     at = np.interp(edges, np.arange(n), position) + bulge
-    cross = zero_crossings(velocity)
+    cross, where = reversals(position, velocity, step)
     if not len(cross):
         return np.zeros(n + 1)
-    where = _reversal_position(cross, position, velocity, step)
+    ahead = np.where(np.diff(where, append=position[-1]) > 0, 1.0, -1.0)
     last = np.searchsorted(cross, edges, side="right") - 1
     known = last >= 0
     travel = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
-    return np.asarray(np.where(slope > 0, 1.0, -1.0) * (1.0 - 2.0 * np.exp(-travel / width)))
+    direction = np.where(known, ahead[np.maximum(last, 0)], -ahead[0])
+    return np.asarray(direction * (1.0 - 2.0 * np.exp(-travel / width)))
+
+
+def reversals(position: FloatArray, velocity: FloatArray, step_s: float) -> tuple[FloatArray, FloatArray]:
+    """Sample numbers (r,) and positions (r,) of the reversals between which the carriage really travels.
+
+    Of several zeros of the velocity about one place the one furthest out is left: the smallest way between two
+    neighbours is taken out, with both of its ends, until all are long enough.
+    """
+    cross = zero_crossings(velocity)
+    if not len(cross):
+        return cross, cross
+    where = _reversal_position(cross, position, velocity, step_s)
+    while len(cross) > 1:
+        way = np.abs(np.diff(where))
+        i = int(np.argmin(way))
+        if way[i] >= TURNED_M:
+            break
+        cross, where = np.delete(cross, [i, i + 1]), np.delete(where, [i, i + 1])
+    return cross, where
 
 
 def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatArray, step: float) -> FloatArray:
