@@ -1,4 +1,4 @@
-"""How far a searched parameter reaches: parabolas, stretches that the data leaves open, ends of the range."""
+"""How far a searched parameter reaches: parabolas, stretches that the data leaves open, ends of the range, pairs."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
-from gsense_fusion.identification.interval import instant, reach, template_stderr
+from gsense_fusion.identification.interval import instant, joint, reach, template_stderr
+from gsense_fusion.identification.likelihood import solve
+from gsense_fusion.identification.whitened import Gram
 
 INSTANT = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0, gaps=True)
 SPEC = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0)
 
 
 def _profile(loglik: Callable[[float], float], best: float) -> tuple[Any, Any]:
-    def evaluate(names: frozenset[str], templates: Templates, _start: object = None) -> Any:
-        return SimpleNamespace(names=names, templates=templates, loglik=loglik(templates.get("t")))
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        return SimpleNamespace(names=names, templates=templates, loglik=loglik(templates.get("t")), rank=0)
 
     return SimpleNamespace(evaluate=evaluate), evaluate(frozenset(), Templates().set("t", best))
 
@@ -50,3 +52,44 @@ def test_the_range_ends_what_the_data_leaves_open() -> None:
     likelihood, fit = _profile(lambda _t: 0.0, 1990.0)
     assert reach(likelihood, fit, SPEC, 1) == pytest.approx(10.0)
     assert np.isfinite(template_stderr(likelihood, fit, SPEC))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.6, -0.98])
+def test_two_that_move_together_are_as_uncertain_as_both(correlation: float) -> None:
+    second = TemplateSpec("d", "1", "d", (), 0.0, 1.0, 0.1)
+    best, sigma = np.array([700.0, 0.3]), np.array([3.0, 0.002])
+    covariance = np.array([[1.0, correlation], [correlation, 1.0]]) * np.outer(sigma, sigma)
+    information = np.linalg.inv(covariance)
+
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        off = np.array([templates.get("t"), templates.get("d")]) - best
+        return SimpleNamespace(names=names, templates=templates, loglik=-0.5 * off @ information @ off, rank=0)
+
+    fit = evaluate(frozenset(), Templates((("d", 0.3), ("t", 700.0))))
+    found = joint(SimpleNamespace(evaluate=evaluate), fit, [SPEC, second])  # type: ignore[arg-type]
+    assert found == pytest.approx(covariance, rel=0.02, abs=0.02 * sigma.prod())
+
+
+def test_a_pair_that_does_not_bend_downwards_stays_finite() -> None:
+    """A ridge: only the sum is known."""
+    second = TemplateSpec("d", "s", "d", (), 0.0, 2000.0, 1.0)
+
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        off = templates.get("t") + templates.get("d") - 1400.0
+        return SimpleNamespace(names=names, templates=templates, loglik=-0.5 * off**2, rank=0)
+
+    fit = evaluate(frozenset(), Templates((("d", 700.0), ("t", 700.0))))
+    found = joint(SimpleNamespace(evaluate=evaluate), fit, [SPEC, second])  # type: ignore[arg-type]
+    assert np.all(np.isfinite(found))
+    assert np.all(np.sqrt(np.diag(found)) > 10.0)
+    assert np.sqrt(np.ones(2) @ found @ np.ones(2)) < 2.0
+
+
+def test_a_direction_is_kept_while_a_searched_parameter_moves() -> None:
+    """Its information falls from just above what identifies it to just below: the fit must not jump."""
+    index, plausible = np.arange(2), np.ones(2)
+    fits = [solve(Gram(np.diag([1e4, x]), np.array([1e4, 5 * x]), 0.0, 9), index, plausible, kept=2) for x in (12, 10)]
+    assert [rank for *_, rank in fits] == [2, 2]
+    assert fits[0][0] == pytest.approx(fits[1][0])
+    assert solve(Gram(np.diag([1e4, 10.0]), np.array([1e4, 50.0]), 0.0, 9), index, plausible)[2] == 1
+    assert solve(Gram(np.diag([1e4, 0.9]), np.array([1e4, 4.5]), 0.0, 9), index, plausible, kept=2)[2] == 1

@@ -15,7 +15,7 @@ from gsense_fusion.identification.claims import survives
 from gsense_fusion.identification.curves import fitted_curves
 from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.felt_words import felt_notes, hidden_tilt
-from gsense_fusion.identification.interval import template_stderr
+from gsense_fusion.identification.interval import searched
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import (
     RATE_BAND_HZ,
@@ -32,7 +32,7 @@ from gsense_fusion.identification.mounting import NOMINAL
 from gsense_fusion.identification.precision import covariances, encoder_delay, not_found, rest_noise
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
-from gsense_fusion.identification.selection import Selection, refinement_variance
+from gsense_fusion.identification.selection import Selection
 from gsense_fusion.identification.sufficiency import Symptom
 from gsense_fusion.identification.types import AXES, Parameter
 
@@ -95,17 +95,16 @@ def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[
     """Linear parameters with their errors (those of the effect's further terms too), then the searched ones."""
     out = {}
     parts = parts_of(likelihood.effects, effect.name, fit.names)
+    errors, added = searched(likelihood, fit, effect)
+    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added)
     for part in parts:
         first = likelihood.columns.start[part.name]
-        spread = refinement_variance(likelihood, fit, part)
         for i, parameter in enumerate(part.parameters):
-            stderr = float(np.sqrt(max(fit.covariance[first + i, first + i], 0.0) + spread[first + i]))
+            stderr = float(np.sqrt(variance[first + i]))
             out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
-    for template in (t for e in parts for t in e.templates):
+    for template, stderr in zip((t for e in parts for t in e.templates), errors, strict=True):
         value = fit.templates.get(template.field, template.default)
-        known = not template.optional or value != template.default
-        stderr = template_stderr(likelihood, fit, template) if known else 0.0
-        out[template.name] = Parameter(value, stderr, template.unit)
+        out[template.name] = Parameter(value, float(stderr), template.unit)
     return effect.report(out)
 
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+
 import numpy as np
 
-from gsense_fusion.identification.effects.base import TemplateSpec
+from gsense_fusion.identification.effects.base import Effect, TemplateSpec, parts_of
 from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.types import FloatArray
 
 LEAST_DROP = 0.3
 LARGEST_DROP = 2.0
@@ -15,6 +19,8 @@ HALVINGS = 5
 OUT_DROP = 8.0
 """In the log-likelihood: what loses more is out of the question."""
 CELLS = 20
+LEAST_CURVATURE = 1e-3
+"""Of what each searched parameter alone has: together they are at most 30 times as uncertain."""
 
 
 def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> float:
@@ -23,6 +29,70 @@ def template_stderr(likelihood: Likelihood, fit: Fit, template: TemplateSpec) ->
         return instant(likelihood, fit, template)[1]
     below, above = (reach(likelihood, fit, template, side) for side in (-1, 1))
     return float(np.sqrt((below**2 + above**2) / 2))
+
+
+def joint(likelihood: Likelihood, fit: Fit, templates: Sequence[TemplateSpec]) -> FloatArray:
+    """Covariance of searched parameters that move together, shape (t, t).
+
+    Well below a resonance only c / f0^2 and c damping / f0 are known: f0 with the damping held fast looks far too well
+    known. Of each alone the reach counts, of each pair the mixed second difference of the log-likelihood.
+    """
+    alone = np.array([template_stderr(likelihood, fit, t) for t in templates])
+    value = np.array([fit.templates.get(t.field, t.default) for t in templates])
+    room = np.array([min(t.upper - v, v - t.lower) for t, v in zip(templates, value, strict=True)])
+    usable = np.isfinite(alone) & (alone > 0.0) & (room > 0.0) & np.array([not t.gaps for t in templates], dtype=bool)
+    step = np.where(usable, np.minimum(alone, 0.9 * room), 0.0)
+
+    def loglik(i: int, j: int, a: int, b: int) -> float:
+        there = fit.templates.set(templates[i].field, value[i] + a * step[i])
+        there = there.set(templates[j].field, value[j] + b * step[j])
+        return likelihood.evaluate(fit.names, there, fit, kept=fit.rank).loglik
+
+    curvature = np.eye(len(templates))  # in units of each one's own
+    for i, j in itertools.combinations(np.flatnonzero(usable).tolist(), 2):
+        mixed = sum(a * b * loglik(i, j, a, b) for a, b in itertools.product((-1, 1), repeat=2)) / 4
+        curvature[i, j] = curvature[j, i] = -mixed * alone[i] * alone[j] / (step[i] * step[j])
+    values, vectors = np.linalg.eigh(curvature)
+    inverse = (vectors / np.maximum(values, LEAST_CURVATURE)) @ vectors.T
+    unit = np.where(np.isfinite(alone), alone, [t.upper - t.lower for t in templates])
+    grown = unit * np.sqrt(np.maximum(1.0 / np.diag(inverse), 1.0))  # a pair that bends upwards must not narrow it
+    return np.asarray(grown[:, None] * inverse * grown[None])
+
+
+def searched(likelihood: Likelihood, fit: Fit, effect: Effect) -> tuple[FloatArray, FloatArray]:
+    """Standard errors of an effect's searched parameters, and what these add to the covariance of the linear ones.
+
+    Returns:
+        Standard errors in the order of the templates of its parts, shape (t,), and a covariance of all columns'
+        coefficients, shape (P, P).
+
+    """
+    key = (fit.names, fit.templates, effect.name)
+    if key not in likelihood.searched:
+        specs = [t for e in parts_of(likelihood.effects, effect.name, fit.names) for t in e.templates]
+        errors: FloatArray = np.zeros(len(specs))
+        added: FloatArray = np.zeros((len(fit.beta), len(fit.beta)))
+        known = [not t.optional or fit.templates.get(t.field, t.default) != t.default for t in specs]
+        errors[known] = np.sqrt(np.diag(joint(likelihood, fit, [t for t, k in zip(specs, known, strict=True) if k])))
+        moving = [t for t in specs if not t.owns_effect]
+        if moving and effect.name in fit.names:
+            added = _carried(likelihood, fit, moving)
+        likelihood.searched[key] = errors, added
+    return likelihood.searched[key]
+
+
+def _carried(likelihood: Likelihood, fit: Fit, specs: Sequence[TemplateSpec]) -> FloatArray:
+    """Covariance that the uncertainty of searched parameters adds to the coefficients, shape (P, P)."""
+    plausible = np.diag([1.0 / t.plausible**2 for t in specs])
+    covariance = np.linalg.inv(np.linalg.pinv(joint(likelihood, fit, specs)) + plausible)
+    slopes = []
+    for t, sigma in zip(specs, np.sqrt(np.diag(covariance)), strict=True):
+        value = fit.templates.get(t.field, t.default)
+        step = sigma if value + sigma <= t.upper else -min(sigma, value - t.lower)
+        moved = likelihood.evaluate(fit.names, fit.templates.set(t.field, value + step), fit, kept=fit.rank)
+        slopes.append((moved.beta - fit.beta) / step)
+    J = np.array(slopes).T
+    return np.asarray(J @ covariance @ J.T)
 
 
 def instant(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> tuple[float, float]:
@@ -82,7 +152,7 @@ def reach(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
 
     def drop(distance: float) -> float:
         there = fit.templates.set(template.field, value + side * distance)
-        return fit.loglik - likelihood.evaluate(fit.names, there, fit).loglik
+        return fit.loglik - likelihood.evaluate(fit.names, there, fit, kept=fit.rank).loglik
 
     inner, kept, step = 0.0, 0.0, max(0.005 * template.plausible, 1e-3 * abs(value))
     for _ in range(DOUBLINGS):

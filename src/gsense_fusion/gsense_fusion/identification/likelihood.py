@@ -18,6 +18,8 @@ from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, 
 from gsense_fusion.identification.whitened import Columns, Gram, WhitenedCampaign
 
 IDENTIFIED_PART = 0.3
+KEPT_PART = 1.0
+"""The same of a direction that a neighbouring fit identified."""
 FELT_IDENTIFIES = 1e-3
 """Information in plausible sizes from which the accelerometer's word identifies a direction: 30 of them."""
 DRIFT_ROUNDS = 3
@@ -49,7 +51,7 @@ class Fit:
 
 
 def solve(
-    gram: Gram, index: IntArray, plausible: FloatArray, felt: Gram | None = None
+    gram: Gram, index: IntArray, plausible: FloatArray, felt: Gram | None = None, kept: int = 0
 ) -> tuple[FloatArray, FloatArray, int]:
     """Least squares; directions that the data does not identify get zero with their plausible size as error.
 
@@ -62,6 +64,7 @@ def solve(
         plausible: Plausible size of every column's parameter, shape (P,).
         felt: The accelerometer's part of `gram`. A direction that it tells about counts as identified where the
             parameter's error is large beside what is plausible: no error of a mounting imitates it.
+        kept: Of so many of the best known directions, those count that are known to `KEPT_PART` of what is plausible.
 
     Returns:
         Coefficients (k,), covariance (k, k) and rank.
@@ -73,6 +76,7 @@ def solve(
     scale = unit[:, None] * unit[None]
     values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * scale)
     good = values > 1.0 / IDENTIFIED_PART**2
+    good |= (np.arange(len(values)) >= len(values) - kept) & (values > 1.0 / KEPT_PART**2)
     if felt is not None:
         own = np.sum(vectors * (felt.xx[np.ix_(index, index)] * scale @ vectors), axis=0)
         good |= (own > 0.5 * values) & (values > FELT_IDENTIFIES)
@@ -101,6 +105,8 @@ class Likelihood:
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
         self.rest_drift = initial_drift(noise)
         self._rotations = self.columns.vectors(tuple(e for e in effects if e.owner is Owner.RIG))
+        self.searched: dict[tuple[frozenset[str], Templates, str], tuple[FloatArray, FloatArray]] = {}
+        """What `interval.searched` found out."""
         self._slow_names = frozenset(e.name for e in effects if e.slow)
         self._slow_fields = frozenset(t.field for e in effects if e.slow for t in e.templates)
         self._drifts: dict[tuple[frozenset[str], Templates], dict[int, Drift]] = {}
@@ -156,23 +162,25 @@ class Likelihood:
                 out[key] = out[key] + gram if key in out else gram
         return out
 
-    def evaluate(self, names: frozenset[str], templates: Templates, start: Fit | None = None) -> Fit:
+    def evaluate(self, names: frozenset[str], templates: Templates, start: Fit | None = None, *, kept: int = 0) -> Fit:
         """Fit a model.
 
         Args:
             names: Its effects.
             templates: Values of the searched parameters.
             start: A fit whose drift and alignment tolerance are kept; both are estimated where it is None.
+            kept: Rank of the fit that this one is compared with while searched parameters move: a direction that comes
+                or goes on the way would be a step in the likelihood, at which a search ends and an interval stops.
 
         """
         if start is None:
             drift = self._drift_of(names, templates)
             beta: FloatArray = np.zeros(self.columns.total)
             turns = any(len(np.intersect1d(g, self.columns.index(names))) for g in self._rotations)
-            start = self._solve(names, templates, beta, drift) if turns else None
+            start = self._solve(names, templates, beta, drift, kept) if turns else None
         else:
             drift, beta = dict(start.drift), start.beta
-        return self._solve(names, templates, beta if start is None else start.beta, drift)
+        return self._solve(names, templates, beta if start is None else start.beta, drift, kept)
 
     def _drift_of(self, names: frozenset[str], templates: Templates) -> dict[int, Drift]:
         """Drift strengths for a model: they depend only on what moves the block means."""
@@ -188,7 +196,7 @@ class Likelihood:
         return dict(self._drifts[key])
 
     def _solve(
-        self, names: frozenset[str], templates: Templates, around: FloatArray, drift: Mapping[int, Drift]
+        self, names: frozenset[str], templates: Templates, around: FloatArray, drift: Mapping[int, Drift], kept: int = 0
     ) -> Fit:
         """Least squares at given drift; the tolerance of alignment is that of the coefficients `around` (P,)."""
         grams = self.mounting_grams(templates, names)
@@ -199,7 +207,7 @@ class Likelihood:
         felt = sum((m.gram for m in turned), Gram.zero(self.columns.total))
         fast = sum((m.gram for m in marginals.values()), felt)
         slow = self.slow_gram(templates, drift, names)
-        part, covariance, rank = solve(fast + slow, index, self.columns.plausible, felt if turned else None)
+        part, covariance, rank = solve(fast + slow, index, self.columns.plausible, felt if turned else None, kept)
         beta = np.zeros(self.columns.total)
         beta[index] = part
         full = np.zeros((len(beta), len(beta)))

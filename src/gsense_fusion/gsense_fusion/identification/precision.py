@@ -6,11 +6,10 @@ import numpy as np
 
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect, parts_of
-from gsense_fusion.identification.interval import template_stderr
+from gsense_fusion.identification.interval import searched, template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.noise import periodogram
 from gsense_fusion.identification.result import Covariance
-from gsense_fusion.identification.selection import refinement_variance
 from gsense_fusion.identification.types import AXES, Parameter
 
 NOISE_BAND_HZ = (4.0, 20.0)
@@ -30,8 +29,7 @@ def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bo
     index = np.concatenate([likelihood.columns.index(frozenset({e.name})) for e in parts])
     matrix = fit.covariance[np.ix_(index, index)]
     if refined:
-        spread = sum(refinement_variance(likelihood, fit, e) for e in parts)
-        matrix = matrix + np.diag(np.asarray(spread)[index])
+        matrix = matrix + searched(likelihood, fit, effect)[1][np.ix_(index, index)]
     specs = [p for e in parts for p in e.parameters]
     return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
 

@@ -10,11 +10,10 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
+from gsense_fusion.identification.effects.base import Templates, TemplateSpec
 from gsense_fusion.identification.interval import instant, template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.screening import screened
-from gsense_fusion.identification.types import FloatArray
 
 MAX_EFFECTS = 4
 RIVAL_LOGLIK = 10.0
@@ -232,7 +231,7 @@ class Selection:
         """A searched parameter between its neighbours on the grid (or its plausible distance)."""
 
         def evaluate(value: float) -> Fit:
-            return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit)
+            return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit, kept=fit.rank)
 
         centre = fit.templates.get(spec.field, spec.default)
         if spec.optional:
@@ -249,7 +248,8 @@ class Selection:
             method="bounded",
             options={"xatol": (high - low) * REFINED_TO, "maxiter": 14},
         )
-        return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, float(found.x)))
+        best = fit.templates.set(spec.field, float(found.x))
+        return self.likelihood.evaluate(fit.names, best, kept=fit.rank)
 
     def gain(self, best: Fit, name: str) -> tuple[float, int]:
         """Twice the log-likelihood and the parameters lost when an effect (and what needs it) is taken out."""
@@ -291,25 +291,6 @@ class Selection:
 
 def _values(fit: Fit, specs: Sequence[TemplateSpec]) -> dict[str, float]:
     return {t.field: fit.templates.get(t.field, t.default) for t in specs}
-
-
-def refinement_variance(likelihood: Likelihood, fit: Fit, effect: Effect) -> FloatArray:
-    """What the uncertainty of an effect's searched parameters (the lag of a temperature) adds to the variances.
-
-    Returns:
-        Variance of each column's coefficient, shape (P,).
-
-    """
-    out = np.zeros(len(fit.beta))
-    for template in effect.templates:
-        if template.owns_effect or effect.name not in fit.names:
-            continue
-        known = template_stderr(likelihood, fit, template)
-        sigma = 1.0 / np.sqrt(1.0 / known**2 + 1.0 / template.plausible**2)
-        value = min(fit.templates.get(template.field, template.default) + sigma, template.upper)
-        moved = likelihood.evaluate(fit.names, fit.templates.set(template.field, value), fit)
-        out += (moved.beta - fit.beta) ** 2
-    return out
 
 
 def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
