@@ -74,6 +74,14 @@ def test_files_and_schema(bags: list[str], tmp_path: Path, capsys: pytest.Captur
     assert yaml.safe_load((out / "compensation.yaml").read_text())["schema"] == "gsense-compensation/1"
 
 
+def test_one_run_in_motion_is_enough_for_what_is_declared(bags: list[str], tmp_path: Path) -> None:
+    assert main(["--fit", bags[0], bags[2], "--held-out", bags[4], "--out", str(tmp_path)]) == 0
+    g = json.loads((tmp_path / "report.json").read_text())["declared_parameters"]["g_sensitivity"]["g_xx"]
+    assert g["significant"]
+    matrix = np.array(load_compensation(tmp_path / "compensation.yaml").terms[0].full_matrix)  # type: ignore[union-attr]
+    assert matrix[0, 0] == pytest.approx(2e-4, abs=4 * g["stderr"])
+
+
 @pytest.mark.slow
 def test_without_the_effect_its_likeness_is_found(bags: list[str], tmp_path: Path) -> None:
     assert main(["--fit", *bags[:4], "--held-out", bags[4], "--out", str(tmp_path)]) == 0

@@ -96,7 +96,9 @@ def test_the_loop_finds_its_g_sensitivity(recorded: tuple[Path, list[Any], str])
     assert found["value"] == pytest.approx(K, abs=4 * found["stderr"])
     assert found["stderr"] < 0.02 * K
     assert report["rate_rms"]["declared"] < 0.5 * report["rate_rms"]["raw"]
-    assert f"sensor: {SENSOR}" in (folder / "report" / "compensation.yaml").read_text()
+    written = (folder / "report" / "compensation.yaml").read_text()
+    assert f"sensor: {SENSOR}" in written
+    assert "effect: g_sensitivity" in written
 
 
 def test_another_ahrs_judges_the_filters(recorded: tuple[Path, list[Any], str]) -> None:

@@ -161,9 +161,14 @@ def _g_matrix(a: Analysis) -> tuple[tuple[float, float, float], ...] | None:
 
 
 def significant(a: Analysis, name: str) -> bool:
-    """Whether an effect of the full model would be a finding if it were not declared."""
+    """Whether an effect of the full model would be a finding if it were not declared.
+
+    A declared one needs no second run in motion that confirms it: where there is none, the criterion decides alone.
+    """
     full = a.claims.full
-    return name in full.names and a.selection.supported(full, name) and survives(a.selection, full, name)
+    moving = sum(any(w.moving for w in r.windows) for r in a.campaign.fit)
+    confirmed = moving == 1 or (name in full.names and survives(a.selection, full, name))
+    return name in full.names and a.selection.supported(full, name) and confirmed
 
 
 def _summaries(a: Analysis) -> tuple[RunSummary, ...]:
