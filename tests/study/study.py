@@ -83,8 +83,8 @@ def _arguments() -> argparse.Namespace:
 
 
 def _wrong(outcome: Outcome) -> bool:
-    """Whether a session was judged wrong; what the catalogue cannot name has to be flagged, claims beside it or not."""
-    return outcome.wrong or (outcome.group != "outside" and not outcome.within_rivals)
+    """Whether a session was judged wrong; what the catalogue cannot name is flagged, with no claim beside the flag."""
+    return outcome.wrong or not outcome.within_rivals
 
 
 def _key(label: str, energy: float, seed: int) -> tuple[str, float, int]:
