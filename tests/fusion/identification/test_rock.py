@@ -10,6 +10,7 @@ from tests.study.cases import Case, parameters
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
+from gsense_fusion.identification.effects.reversal_rock import lagged
 from gsense_fusion.identification.effects.reversals import reversals, rock_angle, zero_crossings
 from gsense_fusion.identification.types import Owner
 
@@ -34,6 +35,15 @@ def test_ripple_about_the_place_where_the_carriage_sticks_is_no_reversal() -> No
     assert where == pytest.approx(places, abs=1e-4)
     error = rock_angle(t, position, velocity, 4e-4) - rock_angle(t, *smooth, 4e-4)
     assert np.sqrt(np.mean(error**2)) < 0.1
+
+
+def test_lag_of_the_contacts_keeps_the_turn_and_delays_it() -> None:
+    step, lag = 1e-3, 0.02
+    t = np.arange(2000) * step
+    pulse = np.exp(-(((t - 0.5) / 0.05) ** 2))
+    late = lagged(pulse, lag, step)
+    assert late.sum() == pytest.approx(pulse.sum(), rel=1e-4)
+    assert np.sum(t * late) / late.sum() == pytest.approx(0.5 + lag, abs=1e-4)
 
 
 @pytest.mark.slow

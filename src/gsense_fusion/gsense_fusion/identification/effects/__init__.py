@@ -13,7 +13,7 @@ from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
-from gsense_fusion.identification.effects.reversal_rock import ReversalRock
+from gsense_fusion.identification.effects.reversal_rock import ContactLag, ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
 from gsense_fusion.identification.effects.supply_voltage import SupplyVoltage
 from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
@@ -40,6 +40,7 @@ REGRESSED: tuple[Effect, ...] = (
     RockingMount(),
     SecondMode(),
     ReversalRock(),
+    ContactLag(),
     BeltTooth(),
     BeltToothAngle(),
     ViscousTilt(),

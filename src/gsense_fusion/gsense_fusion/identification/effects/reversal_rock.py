@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
-from gsense_fusion.identification.effects.base import Drivers, TemplateSpec, spec
+from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, lacks_direction, spec
+from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.reversals import rock_angle, rock_rate
 from gsense_fusion.identification.effects.turning import TrueTurn
-from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.types import FloatArray, Owner
+
+LONGEST_LAG_S = 0.05
 
 
 class ReversalRock(TrueTurn):
@@ -21,6 +25,8 @@ class ReversalRock(TrueTurn):
         TemplateSpec("width", "m", "rock_width_m", (5e-5, 2e-4, 5e-4, 1.5e-3, 4e-3), 1e-5, 0.01, 5e-4, default=5e-4),
     )
 
+    fields = ("rock_lag_s",)
+
     def angle(self, drivers: Drivers) -> FloatArray:
         """The turn itself, from -1 to 1."""
         kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
@@ -31,6 +37,44 @@ class ReversalRock(TrueTurn):
         """Rate of the turn, averaged over each sample's interval, as the gyro's filter leaves it."""
         kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
         rate = rock_rate(drivers.time, kin.position, kin.velocity, width)
-        if drivers.response is None:
-            return rate
-        return drivers.response.passed(rate, 1.0 / float(np.median(np.diff(drivers.time))))
+        step = float(np.median(np.diff(drivers.time)))
+        lag = drivers.templates.get("rock_lag_s")
+        if lag:
+            rate = lagged(rate, lag, step)
+        return rate if drivers.response is None else drivers.response.passed(rate, 1.0 / step)
+
+
+class ContactLag(Effect):
+    """The contacts give way with a time constant: the turn follows the travel late. It shapes the turn's own columns.
+
+    Only a large play shows it; what the accelerometer feels of the turn changes too little to need it.
+    """
+
+    name = "reversal_rock_lag"
+    owner = Owner.RIG
+    equation = "the turn through 1 / (1 + lag d/dt)"
+    source = "stiffness and damping of lubricated contacts: some milliseconds"
+    parameters = ()
+    templates = (
+        TemplateSpec(
+            "lag", "s", "rock_lag_s", (0.002, 0.005, 0.012), 0.0, LONGEST_LAG_S, 0.003, owns_effect=True, default=0.0
+        ),
+    )
+    needs = ("reversal_rock",)
+    part_of = "reversal_rock"
+    bought = True
+    separating_run = None
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the play needs."""
+        return lacks_direction(drivers)
+
+    def design(self, drivers: Drivers) -> Design:
+        """No columns, shape (n, 3, 0)."""
+        return np.zeros((len(drivers), 3, 0))
+
+
+def lagged(series: FloatArray, lag_s: float, step_s: float) -> FloatArray:
+    """A series (n,) that begins and ends at zero through a first-order lag, shape (n,)."""
+    n = next_fast_len(len(series) + int(10 * LONGEST_LAG_S / step_s), real=True)
+    return np.asarray(irfft(rfft(series, n) / (1 + 2j * np.pi * rfftfreq(n, step_s) * lag_s), n)[: len(series)])
