@@ -10,6 +10,7 @@ from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.claims import Claims
 from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.effects.base import Effect
+from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.effects.recorded import Seen
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.likelihood import Fit, Likelihood
@@ -49,3 +50,5 @@ class Analysis:
     notes: tuple[str, ...]
     seen: Seen = field(default_factory=Seen)
     """What the recording itself shows."""
+    rounded: Rounding | None = None
+    """What the step of the gyro's output does."""

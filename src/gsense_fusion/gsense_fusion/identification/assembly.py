@@ -29,12 +29,18 @@ from gsense_fusion.identification.metrics import (
     pose_rms,
 )
 from gsense_fusion.identification.mounting import NOMINAL
-from gsense_fusion.identification.precision import covariances, encoder_delay, not_found, rest_noise
+from gsense_fusion.identification.precision import (
+    covariances,
+    encoder_delay,
+    not_found,
+    rest_noise,
+    rounding_variance,
+)
 from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.result import Finding, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.selection import Selection
 from gsense_fusion.identification.sufficiency import Symptom
-from gsense_fusion.identification.types import AXES, Parameter
+from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 
 MAINS_HZ = (50.0, 60.0)
 DRIFT_LIKE_HZ = 0.1
@@ -91,12 +97,17 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     )
 
 
-def effect_parameters(likelihood: Likelihood, fit: Fit, effect: Effect) -> dict[str, Parameter]:
-    """Linear parameters with their errors (those of the effect's further terms too), then the searched ones."""
+def effect_parameters(
+    likelihood: Likelihood, fit: Fit, effect: Effect, rounded: FloatArray | None = None
+) -> dict[str, Parameter]:
+    """Linear parameters with their errors (those of the effect's further terms too), then the searched ones.
+
+    `rounded`: what a coarse step adds to the variance of each column's coefficient, shape (P,).
+    """
     out = {}
     parts = parts_of(likelihood.effects, effect.name, fit.names)
     errors, added = searched(likelihood, fit, effect)
-    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added)
+    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added) + (0.0 if rounded is None else rounded)
     for part in parts:
         first = likelihood.columns.start[part.name]
         for i, parameter in enumerate(part.parameters):
@@ -126,7 +137,7 @@ def _declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
             values, errors = _bias(a, full), _bias_stderr(a, full)
             out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
         elif name in a.selection.effects:
-            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name])
+            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name], rounding_variance(a))
             doubt = not significant(a, name)
             out[name] = {n: replace(p, in_doubt=doubt) for n, p in parameters.items()}
     return out

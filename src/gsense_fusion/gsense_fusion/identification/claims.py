@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from gsense_fusion.identification.alternatives import p_beside
+from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
@@ -49,8 +50,10 @@ class Claims:
     """Claimed effects that change the noise, by name."""
 
 
-def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffect] = ()) -> Claims:
-    """Apply the vetoes to the best model and test what is left."""
+def judge(
+    selection: Selection, best: Fit, statistical: Sequence[StatisticalEffect] = (), rounded: Rounding | None = None
+) -> Claims:
+    """Apply the vetoes to the best model and test what is left; `rounded`: what the step of the output does."""
     likelihood = selection.likelihood
     notes: list[str] = []
     terms = frozenset(n for n, e in selection.effects.items() if e.part_of is not None)
@@ -65,16 +68,8 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
                 f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
             )
             refinements.append(name)
-        elif selection.gain(best, name)[0] < RIVAL_LOGLIK:
-            notes.append(f"{name} hardly improves the fit: no claim")
-        elif not dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
-            notes.append(f"{name} gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
-        elif _only_felt(selection, best, name):
-            notes.append(f"{name} rests on the accelerometer alone and is not clear enough there: no claim")
-        elif not all(template_sound(likelihood, best, t) for t in selection.effects[name].templates if not t.optional):
-            notes.append(f"{name} is only a local optimum: its parameter is not significant or at the end of its range")
-        elif dynamic and not survives(selection, best, name):
-            notes.append(f"{name} does not hold on runs left out in turn: dropped")
+        elif (reason := _refused(selection, best, name, rounded)) is not None:
+            notes.append(f"{name} {reason}")
         else:
             names.append(name)
     tested = _fit(selection, names + refinements)
@@ -99,6 +94,23 @@ def judge(selection: Selection, best: Fit, statistical: Sequence[StatisticalEffe
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+
+
+def _refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> str | None:
+    """Why an effect of the best model is no claim; None where it is one."""
+    effect = selection.effects[name]
+    if selection.gain(best, name)[0] < RIVAL_LOGLIK:
+        return "hardly improves the fit: no claim"
+    if not effect.dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
+        return f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim"
+    if _only_felt(selection, best, name):
+        return "rests on the accelerometer alone and is not clear enough there: no claim"
+    if not all(template_sound(selection.likelihood, best, t) for t in effect.templates if not t.optional):
+        return "is only a local optimum: its parameter is not significant or at the end of its range"
+    if rounded is not None and _is_rounding(selection, best, name, rounded):
+        return "is as small as the gyro's rounding makes it: no claim"
+    holds = not effect.dynamic or survives(selection, best, name)
+    return None if holds else "does not hold on runs left out in turn: dropped"
 
 
 def _rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bool:
@@ -155,6 +167,30 @@ def _unequal(selection: Selection, fit: Fit, names: Sequence[str]) -> list[str]:
 def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
     """What is left where a demoted claim was: something like it, of another size in every run."""
     likelihood = selection.likelihood
+    rms = _size_in_motion(selection, fit, name)
+    fastest = max(
+        (r.motion.angular_frequency or 0.0 for r in likelihood.campaign.fit if r.motion is not None), default=0.0
+    )
+    text = f"locked to the drive and like {name}, but of another size in every run"
+    p = homogeneity(likelihood, fit, selection.effects[name]).p_value
+    return Symptom("unequal", _axes_of(rms), p, float(np.linalg.norm(rms)), (fastest,), text)
+
+
+def _is_rounding(selection: Selection, fit: Fit, name: str, rounded: Rounding) -> bool:
+    """Whether an effect is a curve of the signal that rounding to the gyro's step can make by itself."""
+    if not selection.effects[name].memoryless:
+        return False
+    rms = _size_in_motion(selection, fit, name)
+    return rounded.makes(_axes_of(rms), float(np.linalg.norm(rms)))
+
+
+def _axes_of(rms: FloatArray) -> tuple[str, ...]:
+    return tuple(AXES[i] for i in range(3) if rms[i] > 0.3 * rms.max())
+
+
+def _size_in_motion(selection: Selection, fit: Fit, name: str) -> FloatArray:
+    """Root mean square of an effect over the windows in motion, rad/s, shape (3,)."""
+    likelihood = selection.likelihood
     predictor = Predictor(likelihood.effects, likelihood.source)
     with_it = Prediction.of("with", fit)
     without = replace(
@@ -168,14 +204,7 @@ def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
                 part = predictor.rate(data, with_it)[cut] - predictor.rate(data, without)[cut]
                 square += np.sum(part**2, axis=0)
                 count += len(window)
-    rms = np.sqrt(square / max(count, 1))
-    axes = tuple(AXES[i] for i in range(3) if rms[i] > 0.3 * rms.max())
-    fastest = max(
-        (r.motion.angular_frequency or 0.0 for r in likelihood.campaign.fit if r.motion is not None), default=0.0
-    )
-    text = f"locked to the drive and like {name}, but of another size in every run"
-    p = homogeneity(likelihood, fit, selection.effects[name]).p_value
-    return Symptom("unequal", axes, p, float(np.linalg.norm(rms)), (fastest,), text)
+    return np.asarray(np.sqrt(square / max(count, 1)))
 
 
 def _columns_of(selection: Selection, name: str) -> IntArray:

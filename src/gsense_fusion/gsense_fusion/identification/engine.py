@@ -93,7 +93,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = selection.search()
     say("is anything left?", 0.7)
-    claims = beyond_rounding(judge(selection, best.fit, statistical), rounded)
+    claims = beyond_rounding(judge(selection, best.fit, statistical, rounded), rounded)
     claims = with_aliases(claims, likelihood)
     declared = selection.candidate(base).fit
     folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
@@ -113,6 +113,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         tuple(folds),
         notes + seen.notes + undecidable + seen.undecided,
         seen,
+        rounded,
     )
 
 

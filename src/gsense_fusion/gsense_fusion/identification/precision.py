@@ -10,7 +10,7 @@ from gsense_fusion.identification.interval import searched, template_stderr
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.noise import periodogram
 from gsense_fusion.identification.result import Covariance
-from gsense_fusion.identification.types import AXES, Parameter
+from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 
 NOISE_BAND_HZ = (4.0, 20.0)
 FEWEST_ORDINATES = 100
@@ -32,6 +32,30 @@ def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bo
         matrix = matrix + searched(likelihood, fit, effect)[1][np.ix_(index, index)]
     specs = [p for e in parts for p in e.parameters]
     return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
+
+
+def rounding_variance(a: Analysis) -> FloatArray:
+    """What a coarse step of the output adds to the variance of each column's coefficient, shape (P,).
+
+    In every run the rounding makes a part of the signal larger or smaller, by an amplitude that its bias and size there
+    decide: as if G along the rail were off, anew in each run.
+    """
+    full = a.claims.full
+    out = np.zeros(len(full.beta))
+    if a.rounded is None or not a.rounded.coarse.any() or "g_sensitivity" not in full.names:
+        return out
+    first = a.likelihood.columns.start["g_sensitivity"]
+    grams = a.likelihood.fast.grams(full.templates, full.names)
+    for data, gram in zip(a.campaign.fit, grams, strict=True):
+        acceleration = a.likelihood.source.of(data, full.templates).kinematics.acceleration
+        amplitude = float(np.sqrt(2 * np.mean(acceleration**2)))
+        if data.mounting is None or data.mounting.along is None or amplitude <= 0.0:
+            continue
+        for axis in a.likelihood.noise:
+            like = np.zeros(len(out))
+            like[first + 3 * axis : first + 3 * axis + 3] = data.mounting.along
+            out += (full.covariance @ (gram.xx @ like) * a.rounded.follows[axis] / amplitude) ** 2
+    return out
 
 
 def not_found(a: Analysis) -> tuple[dict[str, dict[str, Parameter]], dict[str, Covariance]]:

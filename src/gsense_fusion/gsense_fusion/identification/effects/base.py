@@ -131,6 +131,8 @@ class Effect(ABC):
     """Of a further term: it is in a model only where the search took it, not wherever its effect is."""
     every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
+    memoryless: ClassVar[bool] = False
+    """A curve of the force alone: what rounding to a coarse step makes of G f looks like it."""
     needs: ClassVar[tuple[str, ...]] = ()
     """Effects that must be in the model for this one to be visible."""
 

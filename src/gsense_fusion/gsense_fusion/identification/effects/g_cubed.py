@@ -11,6 +11,7 @@ class GCubed(Effect):
     """c a^3, with the sign of the acceleration in the sensor's axes."""
 
     name = "g_cubed"
+    memoryless = True
     owner = Owner.SENSOR
     equation = "c a^3"
     source = "IEEE Std 1431: odd higher orders of acceleration sensitivity"

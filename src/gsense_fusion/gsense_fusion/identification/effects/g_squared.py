@@ -17,6 +17,7 @@ class GSquared(Effect):
     parameters = spec("c_x c_y c_z", "(rad/s)/(m/s^2)^2", 2e-5)
     separating_run = "small_stroke"
     slow = True
+    memoryless = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail."""

@@ -69,6 +69,12 @@ class Rounding:
         """Least white noise of the axes, (rad/s)^2/Hz one-sided, shape (3,): the rounding's; zero where it is fine."""
         return np.where(self.coarse, self.step**2 / 12.0 / (rate_hz / 2.0), 0.0)
 
+    @property
+    def follows(self) -> FloatArray:
+        """Amplitude of what follows the signal of the axes, rad/s, shape (3,); zero where the step is fine."""
+        square = np.where(self.coarse, (1.0 / np.maximum(self.share, 1e-9) - 1.0) / 12.0, 0.0)
+        return np.where(self.coarse, self.step / np.pi * np.exp(-2 * np.pi**2 * square), 0.0)
+
     def makes(self, axes: tuple[str, ...], rate_rms: float) -> bool:
         """Whether the rounding of these axes alone can make an error of this size."""
         hit = [i for i, x in enumerate(AXES) if x in axes]
@@ -82,6 +88,8 @@ def rounding(recording: Recording) -> Rounding | None:
     if sum(map(len, pieces)) < MIN_SAMPLES:
         return None
     step = np.array([max((r.steps[i] for r in recording.clean), default=0.0) for i in range(3)])
+    for i in (i for i in recording.campaign.axes if all(np.ptp(r.angular_rate[:, i]) == 0.0 for r in recording.clean)):
+        step[i] = step.max()  # a signal that never left its value shows no lattice; the other axes' converter is alike
     sigma = [noise_before_rounding([p[:, i] / step[i] for p in pieces]) if step[i] > 0 else np.inf for i in range(3)]
     share = np.array([1.0 / (1.0 + 12.0 * s**2) for s in sigma])
     rest = np.concatenate([p - np.sort(p, axis=0)[len(p) // 2] for p in pieces])
