@@ -47,7 +47,7 @@ def test_origin_of_time_and_order_of_runs() -> None:
 def test_lost_samples() -> None:
     lossy = replace(BASE, chain=replace(BASE.chain, loss=0.02))
     result = analysed(BOW, base=lossy)
-    assert (result.verdict, names(result)) == ("effects_found", ["rail_curvature"]), result.unexplained
+    assert (result.verdict, names(result)) == ("effects_found", ["rail_curvature", "sample_loss"]), result.unexplained
     session = made(BOW, base=lossy)
     lost = {run.name: run.link.lost for run, _ in session.runs if run.link}
     assert sum(lost.values()) > 50
