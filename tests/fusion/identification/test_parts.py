@@ -17,6 +17,7 @@ from gsense_fusion.bags.run import ImuSeries, JointSeries, PoseSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.effects.g_resonance import resonant
 from gsense_fusion.identification.effects.reversals import rock_rate
+from gsense_fusion.identification.effects.speed_noise import _slope
 from gsense_fusion.identification.integrity import clean_runs, clipped
 from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.noise import fit_noise
@@ -298,3 +299,12 @@ def test_a_filter_s_slope_is_not_smoothed_away() -> None:
     truth = 2 / rate / (1 + (f / 15.0) ** 8)
     assert np.abs(np.log(model.psd(f) / truth)).max() < 0.4
     assert np.sqrt(model.variance(f)).max() < 0.25
+
+
+def test_which_driver_the_noise_follows_is_told_by_likelihood() -> None:
+    rng = np.random.default_rng(10)
+    v = np.sin(np.linspace(0, 400, 6000))
+    power = (1 + 1.5 * v**2)[:, None] * rng.exponential(size=(6000, 3))
+    (slope, error, square), (_, _, modulus), (_, _, none) = (_slope(x, power) for x in (v**2, np.abs(v), np.ones(6000)))
+    assert np.abs(slope - 1.5).max() < 4 * error.max()
+    assert 2 * (square - modulus) > 10 > none

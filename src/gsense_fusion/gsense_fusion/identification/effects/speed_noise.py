@@ -12,11 +12,16 @@ from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.residual import WindowResidual
-from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, Owner, Parameter
 
 LOWEST_HZ = 5.0
 BLOCK_S = 0.1
+REWEIGHTED = 6
+LEAST_MEAN = 0.1
+"""Of the mean power: what a falling line is held above."""
 SURE = 5.0
+RIVAL_LOGLIK = 10.0
+"""In twice the log-likelihood: a driver that is better by more than this refutes v^2."""
 
 
 class SpeedNoise(StatisticalEffect):
@@ -44,12 +49,12 @@ class SpeedNoise(StatisticalEffect):
             power.append(_blocks(_fast_part(w) ** 2, length))
             on = np.full(len(v), float(w.window.moving))
             for name, series in (("v2", v**2), ("v", np.abs(v)), ("a2", a**2), ("on", on)):
-                drivers[name].append(_blocks(series[:, None], length)[:, 0])
+                drivers[name].append(_blocks(_spread(w, series)[:, None], length)[:, 0])
         P = np.concatenate(power)
         fits = {name: _slope(np.concatenate(x), P) for name, x in drivers.items()}
-        best = max(fits, key=lambda n: fits[n][2])
-        slope, error, _ = fits["v2"]
-        if best != "v2" or float(slope.sum()) < SURE * float(np.linalg.norm(error)):
+        slope, error, loglik = fits["v2"]
+        refuted = 2 * (max(f[2] for f in fits.values()) - loglik) > RIVAL_LOGLIK
+        if refuted or float(slope.sum()) < SURE * float(np.linalg.norm(error)):
             return None
         size = np.array([_noise_rms(moving[0], axis) for axis in range(3)])
         s = np.sqrt(np.maximum(slope, 0.0)) * size
@@ -66,12 +71,27 @@ class SpeedNoise(StatisticalEffect):
 def _fast_part(residual: WindowResidual) -> FloatArray:
     """Whitened residual above 5 Hz and away from the drive's orders in time, variance one at rest, shape (n, 3)."""
     n = len(residual.window)
-    used = residual.away_from_orders() & (residual.frequency >= LOWEST_HZ)
+    used = _used(residual)
     spectrum = np.zeros((n // 2 + 1, 3), dtype=complex)
     values = (residual.spectrum[0] + 1j * residual.spectrum[1]) * used[:, None]
     spectrum[np.flatnonzero(residual.bins.keep)] = values
     series = np.fft.irfft(spectrum, n, axis=0)
     return np.asarray(series * n / np.sqrt(4.0 * max(int(used.sum()), 1)))
+
+
+def _used(residual: WindowResidual) -> BoolArray:
+    return np.asarray(residual.away_from_orders() & (residual.frequency >= LOWEST_HZ))
+
+
+def _spread(residual: WindowResidual, variance: FloatArray) -> FloatArray:
+    """Variance of white noise as the band that is looked at spreads it in time, shape (n,): at 25 Hz by 0.2 s."""
+    n = len(residual.window)
+    band = np.zeros(n // 2 + 1)
+    band[np.flatnonzero(residual.bins.keep)] = _used(residual)
+    kernel = np.fft.irfft(band, n) ** 2
+    if not kernel.any():
+        return variance
+    return np.asarray(np.fft.irfft(np.fft.rfft(variance) * np.fft.rfft(kernel / kernel.sum()), n))
 
 
 def _blocks(series: FloatArray, length: int) -> FloatArray:
@@ -80,16 +100,27 @@ def _blocks(series: FloatArray, length: int) -> FloatArray:
 
 
 def _slope(driver: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Slope of each axis' power on a driver with a common level, its error, and the part of the variance explained."""
-    x = driver - driver.mean()
-    y = power - power.mean(axis=0)
-    xx = float(x @ x)
-    if xx <= 0:
-        return np.zeros(3), np.ones(3), 0.0
-    slope = x @ y / xx
-    rest = y - np.outer(x, slope)
-    error = np.sqrt(np.sum((x[:, None] * rest) ** 2, axis=0)) / xx  # the power's own variance grows with the driver
-    return slope, error, float(1.0 - np.sum(rest**2) / max(np.sum(y**2), 1e-300))
+    """Slope of each axis' power on a driver beside a level, its error, and the log-likelihood of exponential powers.
+
+    Power scatters in proportion to its mean: least squares would let the few loudest blocks decide between drivers.
+    """
+    slope, error, loglik = np.zeros(3), np.ones(3), 0.0
+    X = np.column_stack([np.ones(len(driver)), driver])
+    for axis in range(3):
+        y = power[:, axis]
+        if not y.any() or np.ptp(driver) <= 0:
+            continue
+        mean = np.full(len(y), float(y.mean()))
+        for _ in range(REWEIGHTED):
+            W = X / mean[:, None] ** 2
+            inverse = np.linalg.inv(X.T @ W)
+            level, rise = inverse @ (W.T @ y)
+            mean = np.maximum(level + rise * driver, LEAST_MEAN * float(y.mean()))
+        slope[axis] = rise
+        # sandwich: blocks of one frequency band are neither exponential nor quite independent
+        error[axis] = float(np.sqrt(np.sum((W @ inverse[1] * (y - mean)) ** 2)))
+        loglik -= float(np.sum(np.log(mean) + y / mean))
+    return slope, error, loglik
 
 
 def _noise_rms(residual: WindowResidual, axis: int) -> float:
