@@ -47,6 +47,9 @@ DRIFT_LIKE_HZ = 0.1
 """A tone that the sampling folds below this is no line."""
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
+TURNED = "board_turned_180"
+OPPOSITE = -0.9
+"""Cosine between the rail's directions in the sensor's axes from which a board counts as turned."""
 BAND_ORDERS = 3.0
 """A dynamic effect's own band reaches to the third order of the fastest drive."""
 
@@ -282,12 +285,20 @@ def _noise_findings(a: Analysis, last: str) -> list[Finding]:
 
 
 def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
-    """The run that tells an effect from its rivals, as the pair, it or one of them knows it."""
+    """The run that tells an effect from its rivals, as the pair, it or one of them knows it; none that is there."""
+    done = {TURNED} if _turned(a) else set()
     for one, other in [(name, n) for n in alternatives] + [(n, name) for n in alternatives]:
-        if other in a.selection.effects[one].separates:
-            return a.selection.effects[one].separates[other]
+        run = a.selection.effects[one].separates.get(other)
+        if run is not None and run not in done:
+            return run
     known = (a.selection.effects[n].separating_run for n in (name, *alternatives))
-    return next((run for run in known if run is not None), None) if alternatives else None
+    return next((run for run in known if run is not None and run not in done), None) if alternatives else None
+
+
+def _turned(a: Analysis) -> bool:
+    """Whether two of the runs have the board turned by about 180 degrees against one another."""
+    known = [r.mounting.along for r in a.campaign.fit if r.mounting is not None and r.mounting.along is not None]
+    return any(float(one @ other) < OPPOSITE for one, other in itertools.combinations(known, 2))
 
 
 def _own_band(a: Analysis, effect: Effect) -> float:

@@ -173,9 +173,11 @@ class Selection:
             if all(t.optional for t in specs):
                 continue
             fit = max(self._tried_points(fit, names, name), key=lambda f: f.loglik, default=fit)
-            if len(specs) == 1 and specs[0].owns_effect and name not in self._points:
+            known = self._points.get(name, [])
+            if len(specs) == 1 and specs[0].owns_effect and _values(fit, specs) not in known:
                 fit = self._refine_one(fit, specs[0])
-            if name not in self._points:
+                self._points[name] = [_values(fit, specs), *known[:KEPT_POINTS]]
+            elif name not in self._points:
                 self._points[name] = [_values(fit, specs)]
         return fit
 
@@ -184,7 +186,10 @@ class Selection:
         specs = self.effects[name].templates
         screen = any(not t.grid for t in specs)
         if name in self._points and not screen:
-            return [self._at(names, fit.templates, point) for point in self._points[name]]
+            points = self._points[name]
+            if specs[0].owns_effect:  # alone, a delay stands for whatever is out of phase: elsewhere it may be small
+                points = [*points, *({specs[0].field: value} for value in specs[0].grid)]
+            return [self._at(names, fit.templates, point) for point in points]
         grids = [self._grid(t, names, name) for t in specs]
         points = [dict(zip((t.field for t in specs), p, strict=True)) for p in itertools.product(*grids)]
         tried = sorted((self._at(names, fit.templates, p) for p in points), key=lambda f: -f.loglik)
@@ -282,6 +287,8 @@ class Selection:
             swapped = self.with_parts(rest | {other})
             if other in best.names or not self.allowed(swapped):
                 continue
+            if not self.effects[name].dynamic and self.effects[other].dynamic and not self.effects[other].slow:
+                continue  # it moves no block means: it cannot stand for what only these show
             if 2 * (best.best_loglik - self.rough(swapped).fit.best_loglik) > RIVAL_LOGLIK + CLOSE:
                 continue
             if 2 * (best.best_loglik - self.candidate(swapped).fit.best_loglik) < RIVAL_LOGLIK:
