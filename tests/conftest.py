@@ -37,6 +37,12 @@ SLOW = (
 )
 
 
+def pytest_configure() -> None:
+    """What a script runs in its background ignores SIGINT, and the programs that tests interrupt would inherit that."""
+    if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
 @pytest.fixture(scope="module")
 def domain() -> Iterator[int]:
     with own_domain() as number:
