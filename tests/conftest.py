@@ -52,7 +52,7 @@ def domain() -> Iterator[int]:
 @pytest.fixture(autouse=True)
 def signals_as_before() -> Iterator[None]:
     """A node's main() ends with signals ignored; called within a test it would make all later children deaf to them."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
     yield
     for number, handler in before.items():
         signal.signal(number, handler)

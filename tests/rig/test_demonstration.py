@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import signal
+
 import numpy as np
 import pytest
 import yaml
 
+from gsense_rig import demo
+from gsense_rig.demonstration import start
 from gsense_rig.demonstration.domain import busy_domains
 from gsense_rig.demonstration.folder import FolderError, open_folder
 from gsense_rig.demonstration.hidden import KINDS, HiddenEffect, draw
@@ -167,3 +172,24 @@ def test_close_ends_also_what_ignores_every_request(tmp_path, monkeypatch):
 def test_missing_executable_is_named(tmp_path):
     with pytest.raises(DemoError, match="no executable 'rig' of package 'gsense_rig'"):
         find_executable("gsense_rig", "rig", {"AMENT_PREFIX_PATH": str(tmp_path)})
+
+
+def test_a_signal_within_a_binding_ends_it_as_any_other_does(tmp_path, monkeypatch, capsys):
+    def interrupted(_folder):
+        try:
+            os.kill(os.getpid(), signal.SIGTERM)
+        except demo.Ended:
+            raise RuntimeError("Unable to convert call argument '0' to Python object") from None
+
+    monkeypatch.setattr(start, "processes", interrupted)
+    assert demo.main(["--out", str(tmp_path / "demo")]) == 128 + signal.SIGTERM
+    assert capsys.readouterr().err == "\ndemo: ended by SIGTERM; all its processes are gone\n"
+
+
+def test_an_error_without_a_signal_is_no_end(tmp_path, monkeypatch):
+    def broken(_folder):
+        raise RuntimeError("broken")
+
+    monkeypatch.setattr(start, "processes", broken)
+    with pytest.raises(RuntimeError, match="broken"):
+        demo.main(["--out", str(tmp_path / "demo")])

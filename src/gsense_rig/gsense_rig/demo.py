@@ -9,7 +9,6 @@ from __future__ import annotations
 import signal
 import sys
 from collections.abc import Sequence
-from types import FrameType
 
 from gsense_rig.demonstration.folder import FolderError, open_folder
 from gsense_rig.demonstration.options import parse
@@ -21,16 +20,13 @@ UNUSABLE = 2
 class Ended(BaseException):
     """A signal asks the demo to end."""
 
-    def __init__(self, number: int) -> None:
-        super().__init__(number)
-        self.number = number
-
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 1 with one line where it cannot go on, 2 where its options cannot be used, 128 + n after signal n."""
     options = parse(arguments)
+    asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, _end)
+        signal.signal(number, lambda number, _frame: _end(number, asked))
     from gsense_rig.demonstration import start  # noqa: PLC0415 - after the options: a wrong one is told at once
 
     processes: Processes | None = None
@@ -51,13 +47,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (DemoError, FolderError) as error:
         print(f"demo: {error}", file=sys.stderr)
         return UNUSABLE if isinstance(error, FolderError) else 1
-    except Ended as ended:
-        print(f"\ndemo: ended by {signal.Signals(ended.number).name}; all its processes are gone", file=sys.stderr)
-        return 128 + ended.number
+    except (Ended, Exception):
+        if not asked:  # else it is what a binding of ROS made of the exception that it was interrupted by
+            raise
+        print(f"\ndemo: ended by {signal.Signals(asked[0]).name}; all its processes are gone", file=sys.stderr)
+        return 128 + asked[0]
     return 0
 
 
-def _end(number: int, _frame: FrameType | None) -> None:
+def _end(number: int, asked: list[int]) -> None:
+    asked.append(number)
     raise Ended(number)
 
 

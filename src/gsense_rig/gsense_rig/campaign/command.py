@@ -15,7 +15,6 @@ import time
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from types import FrameType
 
 from rclpy.utilities import remove_ros_args
 from rich.console import Console
@@ -39,7 +38,9 @@ _LISTEN = 5.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where plan or folder cannot be used; 1 where it stopped; 130 after Ctrl-C."""
     options = _parser().parse_args(remove_ros_args(sys.argv if arguments is None else ["campaign", *arguments])[1:])
-    signal.signal(signal.SIGTERM, _interrupt)
+    asked: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _frame: _interrupt(number, asked))
     begun = False
     try:
         plan = load_plan(options.plan)
@@ -62,7 +63,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CampaignError, OSError) as error:
         goes_on = begun and (options.out / INDEX).is_file()
         return _say(f"{error}{'; the same command goes on' if goes_on else ''}", STOPPED if goes_on else UNUSABLE)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Exception):
+        if not asked:  # else it is what a binding of ROS made of the exception that it was interrupted by
+            raise
         return _say(f"interrupted; the same command goes on in {options.out}", INTERRUPTED)
     _report(result)
     return 0
@@ -184,7 +187,8 @@ def _say(text: str, code: int) -> int:
     return code
 
 
-def _interrupt(_number: int, _frame: FrameType | None) -> None:
+def _interrupt(number: int, asked: list[int]) -> None:
+    asked.append(number)
     raise KeyboardInterrupt
 
 
