@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .simulator import Disturbance, SessionParameters, simulate, sweep_plan, turned_plan, whitened_energy
-from .simulator.disturbances import BESIDE, NAMED, OUTSIDE
+from .simulator.disturbances import BESIDE, NAMED, OUTSIDE, TURNED_ONLY
 from .simulator.energy import scaled
 from .simulator.parameters import ChainParameters, NoiseParameters, ThermalParameters
 
-SINGLES = tuple(NAMED)
+SINGLES = tuple(k for k in NAMED if k not in TURNED_ONLY)
 PAIRS = (
     ("temperature_bias", "rail_curvature"),
     ("rail_curvature", "time_offset"),
@@ -98,8 +98,10 @@ def with_disturbances(case: Case) -> SessionParameters:
 def make_cases(nulls: int, each: int, rate_hz: float = 200.0, first_seed: int = 0, plan: str = "sweep") -> list[Case]:
     """`nulls` sessions without, `each` per effect and energy with something undeclared; in random order."""
     cases = [Case("null", (), 0.0, first_seed + 10_000 + i, rate_hz, plan) for i in range(nulls)]
-    for number, kinds in enumerate([(k,) for k in SINGLES] + list(PAIRS) + [(k,) for k in OUTSIDE]):
-        group = "pair" if len(kinds) == 2 else "single" if kinds[0] in SINGLES else "outside"
+    everything = [(k,) for k in SINGLES] + list(PAIRS) + [(k,) for k in OUTSIDE]
+    everything += [(k,) for k in TURNED_ONLY if plan == "turned"]
+    for number, kinds in enumerate(everything):
+        group = "pair" if len(kinds) == 2 else "single" if kinds[0] in NAMED else "outside"
         levels = LEVELS if group == "single" else LEVELS[1:]
         for i, energy in enumerate(levels):
             seeds = range(

@@ -7,13 +7,16 @@ import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from rich.console import Console
-from tests.study.cases import Case
+from tests.study.cases import Case, make_cases
 from tests.study.judge import Outcome
 from tests.study.peers import peers, same
 from tests.study.reference import held_out_rms, true_noise
+from tests.study.simulator.disturbances import MECHANISMS
 from tests.study.study import _earlier
 from tests.study.table import show, upper_bound
 
@@ -59,3 +62,23 @@ def test_table_shows_coverage_and_the_other_methods() -> None:
     assert "cover 66.7 % of 30" in text
     assert f"{100 * upper_bound(0, 30):.1f} %" in text
     assert "100 % of 30" in text.split("OLS")[1]
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("feedthrough", True), ("mount_resonance", True), ("back_emf", False)])
+def test_what_the_sensor_makes_of_the_motion_turns_with_the_board(kind: str, turns: bool) -> None:
+    """In the sensor's axes the acceleration changes its sign; what the motor puts into the chain does not."""
+    time = np.arange(0.0, 4.0, 1e-3)
+    speed = np.sin(5.0 * time)
+    travel = SimpleNamespace(velocity=speed, acceleration=5.0 * np.cos(5.0 * time))
+    made = [
+        MECHANISMS[kind](SimpleNamespace(travel=travel, direction=np.ones(3), swayed=sign * travel.acceleration), 1.0)  # type: ignore[arg-type]
+        for sign in (1.0, -1.0)
+    ]
+    assert made[1] == pytest.approx(-made[0] if turns else made[0])
+
+
+def test_a_tilt_with_the_speed_is_studied_only_with_the_turned_board() -> None:
+    sweep, turned = (make_cases(0, 1, plan=plan) for plan in ("sweep", "turned"))
+    assert {c.label for c in turned} - {c.label for c in sweep} == {"drag_lever"}
+    seeds = {(c.label, c.energy): c.seed for c in turned}
+    assert all(seeds[c.label, c.energy] == c.seed for c in sweep)

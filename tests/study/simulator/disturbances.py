@@ -39,6 +39,11 @@ class Scene:
     """A walk of unit strength that goes on only while the motor runs, sqrt(s), shape (n, 3)."""
     rng: np.random.Generator
 
+    @property
+    def swayed(self) -> Array:
+        """Acceleration along the sensor's axis nearest to the rail: what the board and its parts sway with, (n,)."""
+        return np.asarray(np.sign(self.along[np.argmax(np.abs(self.along))]) * self.travel.acceleration)
+
 
 def temperature(scene: Scene, size: float) -> Array:
     """Size in rad/s/K; follows the element, not the thermometer."""
@@ -48,17 +53,17 @@ def temperature(scene: Scene, size: float) -> Array:
 def rectification(scene: Scene, size: float) -> Array:
     """A proof mass on an asymmetric spring, x + 0.003 x^2 = a: what is not linear. Size in (rad/s)/(m/s^2)^2."""
     soft = 0.003
-    x = (np.sqrt(1.0 + 4.0 * soft * scene.travel.acceleration) - 1.0) / (2.0 * soft)
-    return np.outer(size / soft * (x - scene.travel.acceleration), scene.direction)
+    x = (np.sqrt(1.0 + 4.0 * soft * scene.swayed) - 1.0) / (2.0 * soft)
+    return np.outer(size / soft * (x - scene.swayed), scene.direction)
 
 
 def mount_resonance(scene: Scene, size: float) -> Array:
     """Board rocking on its glue in two modes (3.1, 11 Hz) under acceleration: true rotation. Size in rad/(m/s^2)."""
-    angle = np.zeros_like(scene.travel.acceleration)
+    angle = np.zeros_like(scene.swayed)
     for f0, damping, part in ((3.1, 0.08, 0.7), (11.0, 0.05, 0.3)):
         w = 2 * np.pi * f0
         num, den, _ = cont2discrete(([w * w], [1.0, 2 * damping * w, w * w]), 1.0 / RATE_HZ, "bilinear")
-        angle += part * lfilter(num[0], den, scene.travel.acceleration)
+        angle += part * lfilter(num[0], den, scene.swayed)
     return np.outer(size * np.gradient(angle, 1.0 / RATE_HZ), scene.direction)
 
 
@@ -87,7 +92,7 @@ def speed_noise(scene: Scene, size: float) -> Array:
 
 def hard_spring(scene: Scene, size: float) -> Array:
     """A proof mass whose spring hardens like tan: odd orders. Size in rad/s at 10 m/s^2."""
-    x = scene.travel.acceleration / 10.0
+    x = scene.swayed / 10.0
     return np.outer(size * (np.arctan(0.8 * x) / 0.8 - x), scene.direction)
 
 
@@ -103,7 +108,7 @@ def brush_current(scene: Scene, size: float) -> Array:
 
 def feedthrough(scene: Scene, size: float) -> Array:
     """A capacitive coupling: acceleration through a 60 Hz high-pass. Size in rad/s at 100 m/s^3."""
-    a = scene.travel.acceleration
+    a = scene.swayed
     return np.outer(size * 2 * np.pi * 60.0 / 100.0 * (a - _first_order(a, 60.0)), scene.direction)
 
 
@@ -209,8 +214,11 @@ NAMED = {
     "creep": "bias_drift",
     "mount_resonance": "g_resonance",
     "motor_pickup": "friction_pickup",
+    "drag_lever": "viscous_tilt",
 }
 """The catalogue's name of each mechanism that it has one for."""
+TURNED_ONLY = ("drag_lever",)
+"""In one mounting it hides in G: only the turned board shows it."""
 BESIDE = {"motor_pickup": frozenset({"speed_pickup"})}
 """What may be named too: a motor's current overcomes drag as well as friction."""
 OUTSIDE = tuple(k for k in MECHANISMS if k not in NAMED)
@@ -232,6 +240,7 @@ UNIT_SIZE = {
     "supply": 1e-2,
     "bearing_play": 1e-5,
     "belt_lever": 1e-5,
+    "drag_lever": 1e-5,
     "teeth": 1e-3,
     "air_drag": 1e-4,
     "power_drawn": 1e-4,

@@ -280,8 +280,13 @@ class Selection:
         return float(chi2.sf(max(ratio, 0.0), parameters))
 
     def alternatives(self, best: Fit, name: str) -> list[str]:
-        """Effects that, in the place of the named one, explain the data as well, however many parameters they have."""
+        """Effects that stand in the place of the named one nearly as well.
+
+        By likelihood, however many parameters they have, or by the criterion: what fits a little worse with fewer
+        parameters is as likely true.
+        """
         out = []
+        score = self.candidate(best.names).score
         rest = best.names - self.with_dependants(best.names, name)
         for other in self.claimable():
             swapped = self.with_parts(rest | {other})
@@ -289,11 +294,16 @@ class Selection:
                 continue
             if not self.effects[name].dynamic and self.effects[other].dynamic and not self.effects[other].slow:
                 continue  # it moves no block means: it cannot stand for what only these show
-            if 2 * (best.best_loglik - self.rough(swapped).fit.best_loglik) > RIVAL_LOGLIK + CLOSE:
+            if self._behind(best, score, self.rough(swapped)) > RIVAL_LOGLIK + CLOSE:
                 continue
-            if 2 * (best.best_loglik - self.candidate(swapped).fit.best_loglik) < RIVAL_LOGLIK:
+            if self._behind(best, score, self.candidate(swapped)) < RIVAL_LOGLIK:
                 out.append(other)
         return out
+
+    @staticmethod
+    def _behind(best: Fit, score: float, other: Candidate) -> float:
+        """By how much a model comes after the best one, in twice the log-likelihood or by the criterion."""
+        return min(2 * (best.best_loglik - other.fit.best_loglik), score - other.score)
 
 
 def _values(fit: Fit, specs: Sequence[TemplateSpec]) -> dict[str, float]:

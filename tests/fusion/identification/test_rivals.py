@@ -1,0 +1,38 @@
+"""Which effects are listed beside a named one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from gsense_fusion.identification.effects import REGRESSED
+from gsense_fusion.identification.selection import Candidate, Selection
+
+NAMES = ("g_resonance", "belt_tilt", "jerk_coupling", "speed_pickup")
+
+
+def _selection(fits: dict[str, tuple[float, float]]) -> tuple[Selection, Any]:
+    """A search that is over: twice the log-likelihood and the score of each effect alone."""
+    made = Selection.__new__(Selection)
+    made.effects = {e.name: e for e in REGRESSED if e.name in NAMES}
+    made.declared, made.bought = frozenset(), frozenset()
+    fit = {n: SimpleNamespace(names=frozenset({n}), best_loglik=double / 2) for n, (double, _) in fits.items()}
+    made._memory = {frozenset({n}): Candidate(fit[n], score) for n, (_, score) in fits.items()}  # type: ignore[arg-type]
+    made._rough = {}
+    return made, fit
+
+
+@pytest.mark.parametrize(("named", "rivals"), [("g_resonance", ["belt_tilt"]), ("belt_tilt", ["g_resonance"])])
+def test_what_fits_a_little_worse_with_fewer_parameters_is_a_rival(named: str, rivals: list[str]) -> None:
+    """A mode with two searched parameters is 26 likelier than a plain tilt, and its criterion better by two."""
+    fits = {"g_resonance": (126.0, 2.0), "belt_tilt": (100.0, 0.0), "jerk_coupling": (70.0, -30.0)}
+    selection, fit = _selection({**fits, "speed_pickup": (0.0, -100.0)})
+    assert selection.alternatives(fit[named], named) == rivals
+
+
+def test_what_fits_as_well_with_more_parameters_is_a_rival() -> None:
+    fits = {"belt_tilt": (100.0, 0.0), "g_resonance": (95.0, -29.0), "jerk_coupling": (80.0, -20.0)}
+    selection, fit = _selection({**fits, "speed_pickup": (0.0, -100.0)})
+    assert selection.alternatives(fit["belt_tilt"], "belt_tilt") == ["g_resonance"]
