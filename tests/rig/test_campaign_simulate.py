@@ -218,3 +218,25 @@ def test_refuses_a_folder_with_something_else(tmp_path: Path, capsys: pytest.Cap
     assert run_command(tmp_path, "out") == 2
     assert "not empty" in capsys.readouterr().err
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["thesis.txt"]
+
+
+def test_frames_are_lost_on_the_way(tmp_path: Path) -> None:
+    assert run_command(tmp_path, "out", "--effect", "sample_loss=0.1") == 0
+    messages = read(tmp_path / "out" / "run_01")
+    at = stamps(messages["/mpu6050/imu/data_raw"])
+    whole = (at[-1] - at[0]) * 200 + 1
+    assert 1.0 - at.shape[0] / whole == pytest.approx(0.1, abs=0.03)
+    assert np.diff(at).max() > 0.014  # some in a row
+    assert messages["/link"][-1][1].lost > 50
+    pose = stamps(messages["/rig/pose"])
+    assert np.diff(pose).max() < 0.006
+
+
+def test_stamps_of_a_clock_that_runs_too_fast(tmp_path: Path) -> None:
+    assert run_command(tmp_path, "out", "--effect", "clock_skew=0.01") == 0
+    for run in ("run_01", "run_02"):
+        messages = read(tmp_path / "out" / run)
+        at, pose = stamps(messages["/mpu6050/imu/data_raw"]), stamps(messages["/rig/pose"])
+        arrived = np.array([time for time, _ in messages["/mpu6050/imu/data_raw"]]) * 1e-9
+        assert np.polyfit(arrived - arrived[0], at - at[0], 1)[0] == pytest.approx(1.01, abs=5e-4)
+        assert abs(arrived[0] - pose[0]) < 0.05

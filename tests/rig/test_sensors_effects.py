@@ -136,7 +136,7 @@ def test_bias_jump_and_line_tone_in_time() -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("nonsense=1", "unknown; known names: belt_tilt, bias"),
+        ("nonsense=1", "unknown; known names: accel_clipping, belt_tilt"),
         ("bias", "NAME=VALUE"),
         ("bias=x", "not a finite number"),
         ("bias=nan", "not a finite number"),
@@ -155,10 +155,109 @@ def test_effects_are_given_once_and_within_reason() -> None:
         SensorUnit(UnitSpec(effects=("time_offset=0.5",)))
 
 
-@pytest.mark.parametrize("name", sorted(EFFECTS))
+@pytest.mark.parametrize(("mounting", "sign"), [("0", 1.0), ("180", -1.0)])
+def test_cubic_sensitivity_turns_with_the_board(mounting: str, sign: float) -> None:
+    history = rest(0.3)
+    history[:, 3] = 4.0
+    expected = sign * 0.001 * 64.0
+    assert rate(ideal("g_cubed=0.001", mounting=mounting), history)[-1] == pytest.approx([expected] * 3, abs=0.6 / LSB)
+
+
+def test_mount_resonance_answers_as_a_second_order_system() -> None:
+    """9 Hz, damping 0.08: nearly static far below, with the phase of a resonance on it."""
+    c = 0.01
+    for hertz in (1.0, 9.0):
+        w = 2.0 * np.pi * hertz
+        t = np.arange(6000) * 1e-3
+        history = np.column_stack([t, 0 * t, 0 * t, np.cos(w * t), 0 * t])
+        unit = ideal("g_resonance=0.01")
+        measured = phasor(rate(unit, history)[4000:, 0], w, t[4000:] - unit.config.mpu.gyro_filter.delay)
+        ratio = hertz / 9.0
+        assert measured == pytest.approx(c / (1.0 - ratio**2 + 0.16j * ratio), rel=0.06)
+
+
+def test_rock_turns_by_twice_its_value_at_each_reversal() -> None:
+    r, w = 0.002, 4.0
+    unit = ideal("reversal_rock=0.002")
+    history = sine(6.0, w)
+    turned = np.cumsum(rate(unit, history)[:, 0]) * 1e-3
+    middles = [round((k + 0.5) * np.pi / w * 1000 + np.pi / w * 500) for k in range(1, 6)]  # amid the strokes
+    steps = np.diff(turned[middles])
+    assert np.abs(steps) == pytest.approx(np.full(4, 2 * r), rel=0.03)
+    assert np.all(np.sign(steps[1:]) == -np.sign(steps[:-1]))
+
+
+def test_belt_teeth_sound_at_speed_over_pitch() -> None:
+    history = rest(4.0)
+    history[:, 1] = 0.1 * history[:, 0]
+    history[:, 2] = 0.1
+    f, power = signal.periodogram(rate(ideal("belt_tooth=0.02"), history)[1000:, 2], 1000.0, scaling="spectrum")
+    peak = int(np.argmax(power))
+    assert f[peak] == pytest.approx(0.1 / 0.005, abs=0.3)
+    assert np.sqrt(2.0 * power[peak - 2 : peak + 3].sum()) == pytest.approx(0.02, rel=0.05)
+
+
+def test_speed_noise_grows_with_the_speed_and_has_no_mean() -> None:
+    unit = ideal("speed_noise=0.01")
+    spread = []
+    for speed in (0.0, 0.5, 1.0):
+        history = rest(20.0)
+        history[:, 2] = speed
+        x = rate(unit, history)[500:]
+        spread.append(x.std())
+        assert np.abs(x.mean(axis=0)).max() < 0.002
+    assert spread[0] < 1 / LSB
+    assert spread[2] == pytest.approx(2.0 * spread[1], rel=0.1)
+    assert 0.007 < spread[2] < 0.0105  # the sensor's filter takes a part
+    assert abs(np.corrcoef(x.T)[0, 1]) < 0.1
+
+
+def test_supply_follows_the_cell() -> None:
+    unit = ideal("supply_voltage=0.02")
+    cell = unit.parameters.supply.cell
+    assert rate(unit, rest(0.5))[-1] == pytest.approx([0.02 * (cell - 4.2)] * 3, abs=1.1 / LSB)
+
+
+def test_field_of_steel_and_motor() -> None:
+    field = QUIET.magnetic_field()
+    history = rest(0.5, position=0.1)
+    history[:, 4] = 2.0
+    for effect, change in (("mag_position=1e-4", 1e-5), ("mag_motor=3e-6", 6e-6)):
+        registers = ideal(effect, mounting="180").advance(history)
+        expected = Mounting("180", misalignment=0.0).board_from_carriage() @ (field + change)
+        assert registers.bno[-1, 3:6] / 16e6 == pytest.approx(expected, abs=0.6 / 16e6)
+
+
+def test_clipping_and_coarse_steps() -> None:
+    history = sine(2.0, 8.0)
+    clipped = force(ideal("accel_clipping=5"), history)
+    assert np.abs(clipped[:, 0]).max() == pytest.approx(5.0, abs=0.01)
+    assert np.count_nonzero(clipped[:, 0] > 4.99) > 100
+    history[:, 2] *= 2.0
+    x = rate(ideal("speed_pickup=1", "gyro_clipping=0.5"), history)
+    assert np.abs(x).max() == pytest.approx(0.5, abs=2 / LSB)
+    coarse = rate(ideal("speed_pickup=0.1", "quantization=0.01"), history)
+    steps = np.diff(np.unique(coarse))
+    assert steps == pytest.approx(np.full(steps.shape, 0.01), abs=1 / LSB)
+
+
+@pytest.mark.parametrize(
+    "text", ["accel_clipping=0", "speed_noise=-1", "clock_skew=0.5", "sample_loss=1", "quantization=-1"]
+)
+def test_values_that_make_no_sense(text: str) -> None:
+    with pytest.raises(ValueError, match=text.partition("=")[0]) as error:
+        SensorUnit(UnitSpec(effects=(text,)))
+    assert "\n" not in str(error.value)
+
+
+BEHIND_THE_CHIPS = {"sample_loss", "clock_skew"}
+
+
+@pytest.mark.parametrize("name", sorted(EFFECTS.keys() - BEHIND_THE_CHIPS))
 def test_every_effect_changes_what_is_measured(name: str) -> None:
     history = sine(65.0, 6.0)
+    history[:, 4] = 1.0
     effect = f"{name}={0.02 if name == 'time_offset' else 0.01}"
-    others = () if name == "g_sensitivity" else ("g_sensitivity=0.001",)
-    with_it, without = (ideal(*effects).advance(history).mpu for effects in ((effect, *others), others))
-    assert not np.array_equal(with_it, without)
+    others = () if name == "g_sensitivity" else ("g_sensitivity=0.01",)
+    with_it, without = (ideal(*effects).advance(history) for effects in ((effect, *others), others))
+    assert not (np.array_equal(with_it.mpu, without.mpu) and np.array_equal(with_it.bno, without.bno))

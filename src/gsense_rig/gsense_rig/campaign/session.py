@@ -66,7 +66,8 @@ class Session:
         unit_spec = UnitSpec(unit_seed=spec.unit, noise_seed=spec.seed, effects=spec.effects)
         self.unit = SensorUnit(unit_spec, self.parameters)
         self._messages = RunMessages(typestore(), spec.unit_name, round(spec.start_time * 1e9))
-        self._clock = BoardClock(self.parameters.clock_skew, spec.seed)
+        model = self.unit.model
+        self._clock = BoardClock(self.parameters.clock_skew, spec.seed, model.clock_error, model.lost)
         self._carriage = Carriage(spec.seed)
         self._mounting: str | None = None
         self.unit.advance(self._carriage.home().history)
@@ -94,11 +95,11 @@ class Session:
         return [
             *self._mpu_batches(registers, mpu),
             *self._bno_batches(registers, bno),
-            *self._slow_batches(registers, mpu, mpu.time.shape[0] + bno.time.shape[0]),
+            *self._slow_batches(registers, mpu, mpu.time.shape[0] + bno.time.shape[0], mpu.lost + bno.lost),
         ]
 
     def _mpu_batches(self, registers: Registers, reads: Reads) -> list[Batch]:
-        latency = self._clock.latency(reads.time.shape[0], BOARD_LATENCY)
+        latency = self._clock.board_latency(reads.stamp, BOARD_LATENCY)
         config = self.unit.config.mpu
         raw = registers.mpu[reads.index].astype(np.float64)
         total = registers.lisy[reads.index].sum(axis=1, dtype=np.int64)
@@ -116,7 +117,7 @@ class Session:
     def _bno_batches(self, registers: Registers, reads: Reads) -> list[Batch]:
         age = self._clock.bno_age(registers, reads)
         stamp = reads.stamp - age
-        latency = self._clock.latency(stamp.shape[0], BOARD_LATENCY) + age
+        latency = self._clock.board_latency(stamp, BOARD_LATENCY) + age
         config = self.unit.config.bno
         raw = registers.bno[reads.index].astype(np.float64)
         changed = np.any(np.diff(raw[:, 3:6], axis=0, prepend=np.nan) != 0, axis=1)
@@ -135,16 +136,17 @@ class Session:
             make.temperature("bno055", stamp[every], latency[every] + 4e-5, celsius[every]),
         ]
 
-    def _slow_batches(self, registers: Registers, reads: Reads, frames: int) -> list[Batch]:
+    def _slow_batches(self, registers: Registers, reads: Reads, frames: int, lost: int) -> list[Batch]:
         """Battery and link, once a second."""
         every = slice(SECOND - 1, None, SECOND)
         stamp = reads.stamp[every]
-        latency = self._clock.latency(stamp.shape[0], BOARD_LATENCY)
+        latency = self._clock.board_latency(stamp, BOARD_LATENCY)
         volts = registers.battery[reads.index][every].astype(np.float64) * 1e-3
         status = max(1.0, reads.time[-1] - reads.time[0])
         rate = frames / status + 1.0
         values = {
             "received": np.rint((stamp - reads.time[0]) * rate).astype(np.int64),
+            "lost": np.rint((stamp - reads.time[0]) * (lost / status)).astype(np.int64),
             "rate_hz": rate,
             "clock_offset_s": self.spec.start_time + stamp * self._clock.skew,
             "clock_skew_ppm": self._clock.skew * 1e6,

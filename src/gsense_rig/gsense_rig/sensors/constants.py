@@ -13,5 +13,7 @@ STEP = 1e-3
 """s: the period of the physics, and of the images on the sensor bus."""
 REFERENCE_TEMPERATURE = 25.0
 """degC: where a temperature-dependent bias is zero."""
+FULL_CELL = 4.2
+"""V: where a supply-dependent bias is zero."""
 CYCLIC = (1, 2, 0)
 """Thesis, eq. 7.4: the axis of acceleration that the scalar k couples into the x, y and z gyro."""

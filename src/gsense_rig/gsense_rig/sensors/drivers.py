@@ -1,7 +1,8 @@
 """The signals that an effect can add to a gyro or to the carriage's attitude, by their column.
 
 Every gyro channel reads `true rate + terms[chip, axis, :] @ drivers`; the carriage is rotated against the rail by the
-rotation vector `tilt[axis, :] @ tilt_drivers`. An effect therefore only says which coefficients it sets.
+rotation vector `tilt[axis, :] @ tilt_drivers`; the rail's field gains `field[axis, :] @ field_drivers`. An effect
+therefore only says which coefficients it sets.
 """
 
 from enum import IntEnum
@@ -23,6 +24,13 @@ class GyroDriver(IntEnum):
     JERK_Z = 10
     TONE = 11  # sine of fixed frequency
     JUMP = 12  # 0 before, 1 after an instant of the session
+    ACCELERATION_CUBED = 13  # along the sensor's own axes, (m/s^2)^3
+    SWAY = 14  # acceleration along the sensor's axes through the mount's resonance, m/s^2
+    SUPPLY = 15  # the cell's voltage minus that of a full one, V
+    TOOTH = 16  # sine of the position over the belt's pitch
+    RATTLE_X = 17  # vibration of unit strength times the speed, m/s; one for each axis
+    RATTLE_Y = 18
+    RATTLE_Z = 19
 
 
 class TiltDriver(IntEnum):
@@ -32,6 +40,14 @@ class TiltDriver(IntEnum):
     POSITION_SQUARED = 1  # s^2 / 2, m^2
     SPEED = 2  # m/s
     ACCELERATION = 3  # m/s^2
+    PLAY = 4  # -1 to 1: where the carriage leans in its bearings' play
+
+
+class FieldDriver(IntEnum):
+    """Columns of `SignalModel.field`."""
+
+    POSITION = 0  # m
+    CURRENT = 1  # of the motor, A
 
 
 class Chip(IntEnum):

@@ -41,6 +41,12 @@ def design(spec: FilterSpec) -> LowPass:
     return LowPass(b, a1, a2, pure)
 
 
+def mode(frequency: float, damping: float) -> LowPass:
+    """A mass on an elastic mount, f0^2 / (f0^2 - f^2 + 2i damping f0 f); `frequency` in Hz, well below 500."""
+    b, a1, a2 = _bilinear(damping, 2.0 * math.pi * frequency)
+    return LowPass(b, a1, a2, 0.0)
+
+
 def _corner_ratio(damping: float) -> float:
     """-3 dB frequency over natural frequency of a second-order low-pass."""
     h = 1.0 - 2.0 * damping**2

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from gsense_rig.sensors.constants import STEP
+from gsense_rig.sensors.kernel_motion import FIELD, FORCE, RATE, inner, true_motion
 from gsense_rig.sensors.layout import (
     ACCELS,
     CHANNELS,
@@ -25,6 +26,7 @@ from gsense_rig.sensors.layout import (
     NOISE_ADC,
     NOISE_FLICKER,
     NOISE_MAG,
+    NOISE_RATTLE,
     NOISE_THERMAL,
     NOISE_WALK,
     NOISE_WHITE,
@@ -35,64 +37,23 @@ from gsense_rig.sensors.layout import (
     State,
 )
 
-# Only compiled code calls the inner functions: without wrappers for Python they compile in a fraction of the time.
-_inner = njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
-RATE, FORCE, FIELD, TILT = 0, 1, 2, 3
 INT16_MIN, INT16_MAX = -32768, 32767
 _STILL = 0.002
 """m/s: half width of the change of direction at a reversal."""
 
 
-@_inner
-def _rotation_transposed(phi: Array, C: Array) -> None:
-    """Rodrigues: C = exp([phi]x)^T, the carriage's axes from the rail's."""
-    angle = math.sqrt(phi[0] ** 2 + phi[1] ** 2 + phi[2] ** 2)
-    s = 1.0 if angle < 1e-9 else math.sin(angle) / angle
-    c = 0.5 if angle < 1e-9 else (1.0 - math.cos(angle)) / angle**2
-    for i in range(3):
-        for j in range(3):
-            C[i, j] = c * phi[i] * phi[j]
-        C[i, i] += math.cos(angle)
-    C[0, 1] += s * phi[2]
-    C[1, 0] -= s * phi[2]
-    C[1, 2] += s * phi[0]
-    C[2, 1] -= s * phi[0]
-    C[2, 0] += s * phi[1]
-    C[0, 2] -= s * phi[1]
+@inner
+def _sway(pushed: float, cfg: Settings, state: State) -> float:
+    """The board on its elastic mount (transposed direct form II)."""
+    b0, b1, b2, a1, a2 = cfg.sway
+    z = state.sway
+    y = b0 * pushed + z[0]
+    z[0] = b1 * pushed - a1 * y + z[1]
+    z[1] = b2 * pushed - a2 * y
+    return float(y)
 
 
-@_inner
-def _truth(sample: Array, cfg: Settings, state: State, B: Array) -> None:
-    """True rate, specific force and field on the board; B becomes board-from-rail."""
-    s, v, a = sample[1], sample[2], sample[3]
-    jerk = (a - state.previous[3]) / STEP if state.steps[0] > 0 else 0.0
-    state.previous[3] = a
-    truth = state.truth
-    curve = np.empty(3)  # d(attitude)/ds
-    spin = np.empty(3)
-    for i in range(3):
-        t = cfg.tilt[i]
-        curve[i] = t[0] + t[1] * s
-        truth[TILT, i] = t[0] * s + t[1] * s * s / 2.0 + t[2] * v + t[3] * a
-        spin[i] = curve[i] * v + t[2] * a + t[3] * jerk
-    C = np.empty((3, 3))
-    _rotation_transposed(truth[TILT], C)
-    # A carriage that follows a bow is also accelerated towards its centre: v^2 d(tangent)/ds.
-    push = (a, v * v * curve[2], -v * v * curve[1])
-    for i in range(3):
-        for j in range(3):
-            B[i, j] = 0.0
-            for m in range(3):
-                B[i, j] += cfg.board[i, m] * C[m, j]
-    for i in range(3):
-        truth[RATE, i] = truth[FORCE, i] = truth[FIELD, i] = 0.0
-        for j in range(3):
-            truth[RATE, i] += cfg.board[i, j] * spin[j] + B[i, j] * cfg.earth[j]
-            truth[FORCE, i] += cfg.board[i, j] * push[j] + B[i, j] * cfg.gravity[j]
-            truth[FIELD, i] += B[i, j] * cfg.field[j]
-
-
-@_inner
+@inner
 def _temperature(cfg: Settings, state: State, noise: Array) -> float:
     """Advances warm-up, wander and lag; returns the die temperature."""
     th, x = cfg.thermal, state.thermal
@@ -105,8 +66,8 @@ def _temperature(cfg: Settings, state: State, noise: Array) -> float:
     return die
 
 
-@_inner
-def _drivers(sample: Array, cfg: Settings, state: State) -> None:
+@inner
+def _drivers(sample: Array, cfg: Settings, state: State, noise: Array) -> None:
     """Fills the drivers of `drivers.GyroDriver`."""
     d, force = state.drivers, state.truth[FORCE]
     elapsed = state.steps[0] * STEP
@@ -122,9 +83,22 @@ def _drivers(sample: Array, cfg: Settings, state: State) -> None:
     d[7] = math.tanh(v / _STILL)
     d[11] = math.sin(cfg.tone[0] * elapsed + cfg.tone[1])
     d[12] = 1.0 if elapsed >= cfg.jump_time else 0.0
+    d[13] = 0.0
+    pushed = 0.0
+    for i in range(3):
+        along = cfg.board[i, 0] * a
+        d[13] += along**3
+        pushed += along
+    d[14] = _sway(pushed, cfg, state)
+    d[15] = cfg.supply[2] - cfg.supply[3] * state.steps[0] - cfg.supply[4]
+    d[16] = math.sin(cfg.tooth[0] * sample[1] + cfg.tooth[1])
+    for i in range(3):
+        if noise.size > NOISE_RATTLE:
+            state.rattle[i] = cfg.rattle[0] * state.rattle[i] + cfg.rattle[1] * noise[NOISE_RATTLE + i]
+        d[17 + i] = state.rattle[i] * v
 
 
-@_inner
+@inner
 def _slow_noise(ch: int, chip: int, cfg: Settings, state: State, noise: Array) -> float:
     """Flicker and rate random walk of a gyro channel."""
     state.walk[ch] += cfg.walk[chip] * noise[NOISE_WALK + ch]
@@ -136,7 +110,7 @@ def _slow_noise(ch: int, chip: int, cfg: Settings, state: State, noise: Array) -
     return total
 
 
-@_inner
+@inner
 def _elements(cfg: Settings, state: State, noise: Array) -> None:
     """What each sensing element delivers, without white noise, into the delay line."""
     at = state.steps[1]
@@ -159,7 +133,7 @@ def _elements(cfg: Settings, state: State, noise: Array) -> None:
             state.ring[ch, :] = state.ring[ch, at]
 
 
-@_inner
+@inner
 def _delayed(ch: int, at: int, cfg: Settings, state: State) -> float:
     """Whole steps by the delay line, the rest by a first-order all-pass (Thiran), which attenuates nothing."""
     whole = int(cfg.delay[ch, 0])
@@ -177,7 +151,7 @@ def _delayed(ch: int, at: int, cfg: Settings, state: State) -> float:
     return y
 
 
-@_inner
+@inner
 def _filter(cfg: Settings, state: State, noise: Array) -> None:
     """Delay, white noise, low-pass (transposed direct form II)."""
     at = state.steps[1]
@@ -195,13 +169,13 @@ def _filter(cfg: Settings, state: State, noise: Array) -> None:
         state.filtered[ch] = y
 
 
-@_inner
-def _register(value: float, scale: float, limit: float) -> int:
+@inner
+def _register(value: float, scale: float, limit: float, coarse: float = 1.0) -> int:
     """Quantised and clipped."""
-    return int(min(limit, max(-limit - 1.0, np.rint(value * scale))))
+    return int(min(limit, max(-limit - 1.0, coarse * np.rint(value * scale / coarse))))
 
 
-@_inner
+@inner
 def _due(cfg: Settings, state: State) -> npt.NDArray[np.bool_]:
     """Which of the sample-and-hold clocks tick in this step; the first step makes all of them tick."""
     due = np.empty(4, dtype=np.bool_)
@@ -213,7 +187,7 @@ def _due(cfg: Settings, state: State) -> npt.NDArray[np.bool_]:
     return due
 
 
-@_inner
+@inner
 def _hold(time: float, die: float, cfg: Settings, state: State, noise: Array) -> None:
     """Sample-and-hold at each chip's own rate."""
     due = _due(cfg, state)
@@ -221,7 +195,7 @@ def _hold(time: float, die: float, cfg: Settings, state: State, noise: Array) ->
     if due[0] and not cfg.asleep:
         for i in range(3):
             held[i] = _register(y[GYROS + i], cfg.scale[1], cfg.limit[1])
-            held[4 + i] = _register(y[i], cfg.scale[0], cfg.limit[0])
+            held[4 + i] = _register(y[i], cfg.scale[0], cfg.limit[0], cfg.coarse[0])
         warmth = die + cfg.thermal[6] * noise[NOISE_THERMAL + 1]
         held[3] = _register(warmth - 36.53, 340.0, 32767.0)
     for i in range(3):
@@ -233,12 +207,12 @@ def _hold(time: float, die: float, cfg: Settings, state: State, noise: Array) ->
                 field += cfg.mag_matrix[i, j] * state.truth[FIELD, j]
             held[10 + i] = _register(field, cfg.scale[4], 32767.0)
         if due[1]:
-            held[13 + i] = _register(y[3 + i], cfg.scale[2], cfg.limit[2])
+            held[13 + i] = _register(y[3 + i], cfg.scale[2], cfg.limit[2], cfg.coarse[1])
     if due[1]:
         state.held_time[0] = time
 
 
-@_inner
+@inner
 def _fusion(B: Array, cfg: Settings, state: State, out: npt.NDArray[np.int16]) -> None:
     """BNO055 fusion registers: Euler (h r p), quaternion (rail from board), linear acceleration, gravity."""
     up = np.array((B[0, 2], B[1, 2], B[2, 2]))
@@ -261,7 +235,7 @@ def _fusion(B: Array, cfg: Settings, state: State, out: npt.NDArray[np.int16]) -
         out[19 + i] = _register(gravity, cfg.scale[3], 32767.0)
 
 
-@_inner
+@inner
 def _analog(
     k: int, cfg: Settings, state: State, noise: Array, lisy: npt.NDArray[np.uint16], battery: npt.NDArray[np.uint16]
 ) -> None:
@@ -279,14 +253,15 @@ def _analog(
 def advance(history: Array, noise: Array, cfg: Settings, state: State, out: Registers) -> None:
     """Advances the unit by the n steps of `history` (n, 5: t, position, velocity, acceleration, motor current).
 
-    `noise` is (n, NOISE_COLUMNS), standard normal; `out` receives n rows.
+    `noise` is (n, NOISE_COLUMNS), standard normal, with RATTLE_COLUMNS more where something rattles; `out`
+    receives n rows.
     """
     B = np.empty((3, 3))
     for k in range(history.shape[0]):
         time = history[k, 0]
-        _truth(history[k], cfg, state, B)
+        true_motion(history[k], cfg, state, B)
         die = _temperature(cfg, state, noise[k])
-        _drivers(history[k], cfg, state)
+        _drivers(history[k], cfg, state, noise[k])
         _elements(cfg, state, noise[k])
         _filter(cfg, state, noise[k])
         _hold(time, die, cfg, state, noise[k])

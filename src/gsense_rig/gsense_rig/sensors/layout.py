@@ -37,6 +37,9 @@ NOISE_MAG = NOISE_WALK + GYROS
 NOISE_THERMAL = NOISE_MAG + 3  # ambient, MPU register
 NOISE_ADC = NOISE_THERMAL + 2  # 16 conversions of the LISY300, 1 of the cell
 NOISE_COLUMNS = NOISE_ADC + 17
+NOISE_RATTLE = NOISE_COLUMNS
+RATTLE_COLUMNS = 3
+"""Appended only where an effect wants them, so that all other sessions keep their bytes."""
 
 HOLDS = 4
 """Sample-and-hold clocks: MPU, BNO gyro, BNO accelerometer, BNO magnetometer."""
@@ -49,7 +52,8 @@ class Settings(NamedTuple):
     gravity: Array  # (3,) specific force at rest, rail frame
     earth: Array  # (3,) rail frame
     field: Array  # (3,) rail frame, T
-    tilt: Array  # (3, 4)
+    tilt: Array  # (3, tilt drivers)
+    field_terms: Array  # (3, 2): T/m, T/A
     terms: Array  # (3, 3, drivers)
     gyro_matrix: Array  # (3, 3, 3)
     accel_matrix: Array  # (2, 3, 3)
@@ -62,14 +66,19 @@ class Settings(NamedTuple):
     walk: Array  # (3,) per step
     mag_noise: float
     thermal: Array  # (8,): ambient, rise, gain, wander, lag gain, BNO offset, noise, reference
-    supply: Array  # (4,): regulator, converter noise, cell, discharge per step
+    supply: Array  # (5,): regulator, converter noise, cell, discharge per step, full cell
     tone: Array  # (2,): angular frequency, phase
     jump_time: float
+    sway: Array  # (5,): b0 b1 b2 a1 a2
+    tooth: Array  # (2,): radians per metre, phase
+    play: float
+    rattle: Array  # (2,): kept a step, driven a step
     filters: Array  # (5, 5): b0 b1 b2 a1 a2
     delay: Array  # (13, 2): whole steps, and the rest of 0 or 0.2 to 1.2 steps
     hold_step: Array  # (4,): samples per step
     scale: Array  # (5,): MPU gyro, MPU accel, BNO gyro, BNO accel, BNO mag: LSB per SI unit
     limit: Array  # (4,): MPU gyro, MPU accel, BNO gyro, BNO accel: LSB
+    coarse: Array  # (2,): LSB between two values of the MPU's gyro, the BNO's
     asleep: bool
     fuses: bool
 
@@ -79,7 +88,7 @@ class State(NamedTuple):
 
     steps: IntArray  # (2,): steps done, index in the ring
     thermal: Array  # (3,): heating, wander, lagged temperature
-    previous: Array  # (4,): specific force of the last step on the board, acceleration of the carriage
+    previous: Array  # (5,): last step's specific force on the board, acceleration and position of the carriage
     flicker: Array  # (7, 5)
     walk: Array  # (7,)
     ring: Array  # (13, RING)
@@ -90,6 +99,9 @@ class State(NamedTuple):
     held: IntArray  # (7 + 9,): MPU registers; BNO accel, mag, gyro registers
     held_time: Array  # (1,): of the BNO's gyro sample, s
     drivers: Array  # (drivers,) scratch
+    sway: Array  # (2,)
+    play: Array  # (1,): -1 to 1
+    rattle: Array  # (3,)
     truth: Array  # (5, 3) scratch: rate, force, field on the board, dynamic acceleration of the carriage; tilt
 
 
@@ -98,7 +110,7 @@ def fresh_state() -> State:
     return State(
         steps=np.zeros(2, dtype=np.int64),
         thermal=np.zeros(3),
-        previous=np.zeros(4),
+        previous=np.zeros(5),
         flicker=np.zeros((GYROS, FLICKERS)),
         walk=np.zeros(GYROS),
         ring=np.zeros((CHANNELS, RING)),
@@ -109,6 +121,9 @@ def fresh_state() -> State:
         held=np.zeros(16, dtype=np.int64),
         held_time=np.zeros(1),
         drivers=np.zeros(len(GyroDriver)),
+        sway=np.zeros(2),
+        play=np.zeros(1),
+        rattle=np.zeros(3),
         truth=np.zeros((5, 3)),
     )
 

@@ -28,6 +28,7 @@ class LiveFeed:
 
     def __init__(self, spec: LiveFeedSpec) -> None:
         self._seed = spec.unit.unit_seed
+        _refuse(spec.unit)
         _compile(spec.unit)
         # The host board's clock is this machine's: the chip's oscillator runs with it.
         parameters = replace(UnitParameters.draw(spec.unit.unit_seed), mpu_clock_skew=0.0)
@@ -56,6 +57,19 @@ class LiveFeed:
 def make_live_feed(spec: LiveFeedSpec) -> LiveFeed:
     """The feed, compiled and ready: its first `advance` takes no longer than the others."""
     return LiveFeed(spec)
+
+
+def _refuse(spec: UnitSpec) -> None:
+    """What lies behind the chips is no matter of their registers."""
+    model = SensorUnit(spec).model
+    for name, wanted, instead in (
+        ("sample_loss", model.lost, "the board's fault injection"),
+        ("clock_skew", model.clock_error, "simulate"),
+    ):
+        if wanted:
+            raise ValueError(
+                f"effect {name}: not on a live simulated rig, whose board and driver are real; use {instead}"
+            )
 
 
 def _compile(spec: UnitSpec) -> None:

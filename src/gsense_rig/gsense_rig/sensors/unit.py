@@ -9,7 +9,8 @@ import numpy as np
 
 from gsense_rig.sensors import filters, layout
 from gsense_rig.sensors.chip_config import LISY_FILTER, ChipConfig
-from gsense_rig.sensors.constants import REFERENCE_TEMPERATURE, STEP
+from gsense_rig.sensors.constants import FULL_CELL, REFERENCE_TEMPERATURE, STEP
+from gsense_rig.sensors.drivers import GyroDriver
 from gsense_rig.sensors.effects import parse_effects
 from gsense_rig.sensors.kernel import INT16_MAX, advance
 from gsense_rig.sensors.layout import Array, Registers, Settings
@@ -47,6 +48,8 @@ class SensorUnit:
         self.config = ChipConfig()
         self.state = layout.fresh_state()
         self._rng = np.random.default_rng([spec.noise_seed, 0x6E6F6973])
+        self._rattle_rng = np.random.default_rng([spec.noise_seed, 0x72617474])
+        self._rattles = bool(np.any(self.model.gyro_terms[:, :, GyroDriver.RATTLE_X : GyroDriver.RATTLE_Z + 1]))
         self._mounting = Mounting(spec.mounting, seed=spec.unit_seed)
         self.settings = self._settings()
 
@@ -73,6 +76,8 @@ class SensorUnit:
             battery=np.empty(n, dtype=np.uint16),
         )
         noise = self._rng.standard_normal((n, layout.NOISE_COLUMNS))
+        if self._rattles:
+            noise = np.hstack([noise, self._rattle_rng.standard_normal((n, layout.RATTLE_COLUMNS))])
         advance(np.ascontiguousarray(history), noise, self.settings, self.state, out)
         return out
 
@@ -87,6 +92,7 @@ class SensorUnit:
             earth=site.rotation_rate(),
             field=site.magnetic_field(),
             tilt=model.tilt,
+            field_terms=model.field,
             terms=model.gyro_terms,
             gyro_matrix=np.stack([gyro.matrix for gyro in unit.gyros]),
             accel_matrix=np.stack([unit.mpu_accelerometer.matrix, unit.bno_accelerometer.matrix]),
@@ -100,26 +106,43 @@ class SensorUnit:
             mag_noise=unit.magnetometer.noise,
             thermal=_thermal(unit, model),
             supply=np.array(
-                [unit.supply.regulator, unit.supply.converter_noise, unit.supply.cell, unit.supply.discharge * STEP]
+                [
+                    unit.supply.regulator,
+                    unit.supply.converter_noise,
+                    unit.supply.cell,
+                    unit.supply.discharge * STEP,
+                    FULL_CELL,
+                ]
             ),
             tone=np.array([2.0 * math.pi * model.tone_frequency, model.tone_phase]),
             jump_time=model.jump_time,
+            sway=_coefficients(filters.mode(model.sway_frequency, model.sway_damping)),
+            tooth=np.array([2.0 * math.pi / model.tooth_pitch, model.tooth_phase]),
+            play=model.play,
+            rattle=_rattle(model.rattle_bandwidth),
             filters=low_pass,
             delay=delay,
             hold_step=_hold_steps(self.config, unit),
             scale=np.array([mpu.gyro_scale, mpu.accel_scale, bno.gyro_scale, bno.accel_scale, 16e6]),
-            limit=np.array(
-                [
-                    INT16_MAX,
-                    INT16_MAX,
-                    min(INT16_MAX, bno.gyro_range * bno.gyro_scale),
-                    min(INT16_MAX, bno.accel_range * bno.accel_scale),
-                ],
-                dtype=np.float64,
-            ),
+            limit=_limits(self.config, model),
+            coarse=np.maximum(1.0, np.rint(model.gyro_step * np.array([mpu.gyro_scale, bno.gyro_scale]))),
             asleep=mpu.asleep,
             fuses=bno.fuses,
         )
+
+
+def _limits(config: ChipConfig, model: SignalModel) -> Array:
+    """Largest values of the MPU's gyro and accelerometer and the BNO's, LSB."""
+    mpu, bno = config.mpu, config.bno
+    gyros = np.array([mpu.gyro_scale, bno.gyro_scale]) * [model.gyro_limit, min(model.gyro_limit, bno.gyro_range)]
+    accels = np.array([mpu.accel_scale, bno.accel_scale]) * [model.accel_limit, min(model.accel_limit, bno.accel_range)]
+    return np.asarray(np.minimum(INT16_MAX, np.rint([gyros[0], accels[0], gyros[1], accels[1]])), dtype=np.float64)
+
+
+def _rattle(bandwidth: float) -> Array:
+    """First-order process of unit variance: what is kept and what is driven in a step."""
+    keep = math.exp(-2.0 * math.pi * bandwidth * STEP)
+    return np.array([keep, math.sqrt(1.0 - keep**2)])
 
 
 def _hold_steps(config: ChipConfig, unit: UnitParameters) -> Array:
@@ -146,12 +169,16 @@ def _flicker(floors: list[float]) -> tuple[Array, Array]:
     return keep, np.outer(sigma, np.sqrt(1.0 - keep**2))
 
 
+def _coefficients(low_pass: filters.LowPass) -> Array:
+    return np.array([*low_pass.b, low_pass.a1, low_pass.a2])
+
+
 def _filters(config: ChipConfig, gyro_delay: float) -> tuple[Array, Array]:
     """Biquads (5, 5), and the delays (13, 2) of the channels: whole steps and the rest."""
     mpu, bno = config.mpu, config.bno
     specs = (mpu.gyro_filter, bno.gyro_filter, LISY_FILTER, mpu.accel_filter, bno.accel_filter)
     designs = [filters.design(spec) for spec in specs]
-    biquads = np.array([[*low_pass.b, low_pass.a1, low_pass.a2] for low_pass in designs])
+    biquads = np.array([_coefficients(low_pass) for low_pass in designs])
     delay: Array = np.array([designs[f].pure_delay for f in layout.FILTER_OF])
     delay[: layout.GYROS] += gyro_delay
     # A rest below 0.2 steps would make the all-pass ring: it takes a whole step with it, or is left out at the start.

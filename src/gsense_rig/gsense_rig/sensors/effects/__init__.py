@@ -9,15 +9,37 @@ import math
 from collections.abc import Iterable
 
 from gsense_rig.sensors.effects.base import Effect
-from gsense_rig.sensors.effects.chain import FrictionPickup, LineTone, SpeedPickup, TimeOffset
-from gsense_rig.sensors.effects.rail import BeltTilt, RailCurvature, ViscousTilt
+from gsense_rig.sensors.effects.chain import (
+    ClockSkew,
+    FrictionPickup,
+    LineTone,
+    MagMotor,
+    SampleLoss,
+    SpeedPickup,
+    SupplyVoltage,
+    TimeOffset,
+)
+from gsense_rig.sensors.effects.rail import (
+    BeltTilt,
+    BeltTooth,
+    MagPosition,
+    RailCurvature,
+    ReversalRock,
+    SpeedNoise,
+    ViscousTilt,
+)
 from gsense_rig.sensors.effects.sensor import (
+    AccelClipping,
     Bias,
     BiasDrift,
     BiasJump,
+    GCubed,
+    GResonance,
     GSensitivity,
     GSquared,
+    GyroClipping,
     JerkCoupling,
+    Quantization,
     TemperatureBias,
 )
 
@@ -30,14 +52,27 @@ EFFECTS: dict[str, type[Effect]] = {
         BiasDrift,
         BiasJump,
         GSquared,
+        GCubed,
+        GResonance,
         JerkCoupling,
+        AccelClipping,
+        GyroClipping,
+        Quantization,
         TimeOffset,
+        SampleLoss,
+        ClockSkew,
+        SupplyVoltage,
         SpeedPickup,
         FrictionPickup,
         LineTone,
         RailCurvature,
         BeltTilt,
         ViscousTilt,
+        ReversalRock,
+        BeltTooth,
+        SpeedNoise,
+        MagPosition,
+        MagMotor,
     )
 }
 

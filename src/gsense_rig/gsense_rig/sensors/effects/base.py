@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
-from gsense_rig.sensors.drivers import GyroDriver, TiltDriver
+from gsense_rig.sensors.drivers import FieldDriver, GyroDriver, TiltDriver
 from gsense_rig.sensors.model import SignalModel
 
 
@@ -48,3 +48,16 @@ class TiltTerm:
     def apply(self, model: SignalModel) -> None:
         """Sets the driver's coefficient."""
         model.tilt[:, self.driver] += self.value
+
+
+@dataclass(frozen=True)
+class FieldTerm:
+    """A change of the magnetic field: `value` times one driver on every axis of the rail."""
+
+    value: float
+    name: ClassVar[str]
+    driver: ClassVar[FieldDriver]
+
+    def apply(self, model: SignalModel) -> None:
+        """Sets the driver's coefficient."""
+        model.field[:, self.driver] += self.value

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import ClassVar
 
-from gsense_rig.sensors.drivers import TiltDriver
-from gsense_rig.sensors.effects.base import TiltTerm
+from gsense_rig.sensors.drivers import FieldDriver, GyroDriver, TiltDriver
+from gsense_rig.sensors.effects.base import FieldTerm, GyroTerm, TiltTerm
+from gsense_rig.sensors.model import SignalModel
 
 
 class RailCurvature(TiltTerm):
@@ -27,3 +29,42 @@ class ViscousTilt(TiltTerm):
 
     name: ClassVar[str] = "viscous_tilt"
     driver: ClassVar[TiltDriver] = TiltDriver.SPEED
+
+
+class ReversalRock(TiltTerm):
+    """Play of the bearings: within the first 0.2 mm after a reversal the carriage leans over; rad, half the play."""
+
+    name: ClassVar[str] = "reversal_rock"
+    driver: ClassVar[TiltDriver] = TiltDriver.PLAY
+
+
+class BeltTooth(GyroTerm):
+    """The teeth of the belt, 5 mm apart, shake the carriage; rad/s at any speed."""
+
+    name: ClassVar[str] = "belt_tooth"
+    driver: ClassVar[GyroDriver] = GyroDriver.TOOTH
+
+
+@dataclass(frozen=True)
+class SpeedNoise:
+    """Rolling of the bearings: broadband angular rate whose strength follows the speed; rad/s (rms) at 1 m/s.
+
+    It is wider than the sensors' filters, which take their part of it.
+    """
+
+    value: float
+    name: ClassVar[str] = "speed_noise"
+
+    def apply(self, model: SignalModel) -> None:
+        """Lets every axis rattle by itself."""
+        if self.value < 0:
+            raise ValueError("speed_noise is a standard deviation: it cannot be negative")
+        for axis in range(3):
+            model.gyro_terms[:, axis, GyroDriver.RATTLE_X + axis] += self.value
+
+
+class MagPosition(FieldTerm):
+    """Steel along the rail: the field changes with the position; T/m on each axis of the rail."""
+
+    name: ClassVar[str] = "mag_position"
+    driver: ClassVar[FieldDriver] = FieldDriver.POSITION

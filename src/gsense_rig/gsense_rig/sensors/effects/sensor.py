@@ -50,6 +50,62 @@ class GSquared(GyroTerm):
     driver: ClassVar[GyroDriver] = GyroDriver.ACCELERATION_SQUARED
 
 
+class GCubed(GyroTerm):
+    """Stiffening of the suspension, c a^3 along the sensor's own axes; (rad/s)/(m/s^2)^3."""
+
+    name: ClassVar[str] = "g_cubed"
+    driver: ClassVar[GyroDriver] = GyroDriver.ACCELERATION_CUBED
+
+
+class GResonance(GyroTerm):
+    """c times the sway by which the mount (9 Hz, damping 0.08) answers an acceleration; (rad/s)/(m/s^2)."""
+
+    name: ClassVar[str] = "g_resonance"
+    driver: ClassVar[GyroDriver] = GyroDriver.SWAY
+
+
+@dataclass(frozen=True)
+class AccelClipping:
+    """Accelerometers that stand at a level; m/s^2."""
+
+    value: float
+    name: ClassVar[str] = "accel_clipping"
+
+    def apply(self, model: SignalModel) -> None:
+        """Sets the level."""
+        model.accel_limit = _positive(self.name, self.value)
+
+
+@dataclass(frozen=True)
+class GyroClipping:
+    """Gyros that stand at a level; rad/s."""
+
+    value: float
+    name: ClassVar[str] = "gyro_clipping"
+
+    def apply(self, model: SignalModel) -> None:
+        """Sets the level."""
+        model.gyro_limit = _positive(self.name, self.value)
+
+
+@dataclass(frozen=True)
+class Quantization:
+    """Gyros that know only multiples of a step (to whole LSB of the register); rad/s."""
+
+    value: float
+    name: ClassVar[str] = "quantization"
+
+    def apply(self, model: SignalModel) -> None:
+        """Sets the step."""
+        model.gyro_step = _positive(self.name, self.value)
+
+
+def _positive(name: str, value: float) -> float:
+    if value <= 0:
+        raise ValueError(f"{name} must be above zero, SI")
+    return value
+
+
 class BiasJump(GyroTerm):
     """A step of the bias in mid-session (BNO055 background calibration); rad/s."""
 
