@@ -18,6 +18,8 @@ from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, BOW, LATE, SETTINGS, TEMPERATURE, analysed, changed, finding, made, names
 
+BRUSHES = Disturbance("brush_current", 0.02 * DEG)
+
 WIDE = 2 * 1.96
 """Twice the 95 % interval."""
 
@@ -129,7 +131,7 @@ def test_an_effect_taken_out_of_the_catalogue_is_unexplained(removed: Disturbanc
     [
         (Disturbance("rectification", 0.15 * DEG / 9.80665**2), "g_squared"),
         (Disturbance("hard_spring", 0.3 * DEG), "g_cubed"),
-        (Disturbance("brush_current", 0.02 * DEG), "friction_pickup"),
+        (BRUSHES, "friction_pickup"),
         (Disturbance("bias_jump", 0.1 * DEG), "bias_jump"),
         (Disturbance("supply", 3.0 * DEG), "supply_voltage"),
         (Disturbance("bearing_play", 0.003 * DEG), "reversal_rock"),
@@ -143,6 +145,17 @@ def test_each_mechanism_has_its_name(disturbance: Disturbance, effect: str) -> N
     result = analysed(disturbance)
     assert result.verdict == "effects_found", (result.unexplained, names(result))
     assert names(result) == [effect]
+
+
+@pytest.mark.slow
+def test_the_current_of_friction_takes_no_share_of_g() -> None:
+    """In one mounting the current of inertia is G's twin: it is left out, not given half of it."""
+    session = made(BRUSHES)
+    declared = analysed(BRUSHES).declared_parameters["g_sensitivity"]
+    measured = np.array([[declared[f"g_{r}{c}"].value for c in "xyz"] for r in "xyz"])
+    along = session.sensor_from_carriage[:, 0]
+    assert measured @ along == pytest.approx(session.g_matrix @ along, abs=0.01 * DEG / 9.80665)
+    assert any(p.significant for p in declared.values())
 
 
 @pytest.mark.slow

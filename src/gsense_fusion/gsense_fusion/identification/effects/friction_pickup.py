@@ -28,7 +28,10 @@ class FrictionPickup(Effect):
 
 
 class InertiaPickup(Effect):
-    """The current that accelerates the carriage: it hides in G unless the board is turned, for it does not turn."""
+    """The current that accelerates the carriage: it hides in G unless the board is turned, for it does not turn.
+
+    It has to be bought: in one mounting it gains nothing, and would take half of G.
+    """
 
     name = "friction_pickup_inertia"
     owner = Owner.CHAIN
@@ -37,6 +40,7 @@ class InertiaPickup(Effect):
     parameters = spec("inertia_x inertia_y inertia_z", "(rad/s)/(m/s^2)", 3e-4)
     needs = ("friction_pickup",)
     part_of = "friction_pickup"
+    bought = True
 
     def missing(self, drivers: Drivers) -> str | None:
         """What the pick-up needs."""
