@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import cdr
+from .clock_step import Part, longest_part
 from .gaps import find_gaps
 from .run import (
     ImuSeries,
@@ -52,6 +53,7 @@ def load_run(path: Path | str, sensor: str, reference: str | None = None) -> Run
         names = find_names(path, {topic.name: topic.msgtype for topic in storage.topics.values()}, sensor, reference)
         raw = storage.read(names.all())
     loader = _Loader(path, raw, [*storage.notes, *names.notes])
+    loader.cut(names.imu)
     imu = loader.imu(names.imu)
     link, unit_id = loader.link(names.link)
     beside = None if np.isfinite(imu.specific_force).any() else _beside(path, names.imu, imu)
@@ -82,7 +84,9 @@ def _beside(path: Path, topic: str, imu: ImuSeries) -> ImuSeries | None:
         others = imus_beside({t.name: t.msgtype for t in storage.topics.values()}, topic)
         raw = storage.read(others)
     for name in (n for n in others if n in raw and raw[n].payloads):
-        other = _Loader(path, raw, []).imu(name)
+        loader = _Loader(path, raw, [])
+        loader.cut(name)
+        other = loader.imu(name)
         covers = (
             other.stamp_ns[0] - _SAME_START_NS < imu.stamp_ns[0]
             and imu.stamp_ns[-1] < other.stamp_ns[-1] + _SAME_START_NS
@@ -115,6 +119,8 @@ class _Loader:
     path: Path
     raw: dict[str, RawTopic]
     notes: list[str] = field(default_factory=list)
+    part: Part | None = None
+    """What is used of a recording in whose midst the host's clock was set; None: all of it."""
 
     def imu(self, name: str) -> ImuSeries:
         table = self._table(name)
@@ -187,8 +193,13 @@ class _Loader:
         topic = self.raw.get(name) if name else None
         if topic is None or not topic.payloads:
             return None, None
+        payloads = topic.payloads
+        if self.part is not None:
+            payloads = [payloads[i] for i in self.part.rows(np.array(topic.received_ns, dtype=np.int64)).tolist()]
+        if not payloads:
+            return None, None
         try:
-            messages = cdr.decode_link(topic.payloads, topic.definition)
+            messages = cdr.decode_link(payloads, topic.definition)
         except ValueError as error:
             self.notes.append(f"{name}: not used, {error}")
             return None, None
@@ -198,8 +209,31 @@ class _Loader:
             return None, unit
         return _link_counts(messages), unit
 
+    def cut(self, name: str) -> None:
+        """Where the host's clock was set in the midst of this topic, use the longest part alone, of all topics."""
+        table = self._decoded(name)
+        self.part = None if table is None else longest_part(table.stamp_ns, table.received_ns)
+        if self.part is not None:
+            self.notes.append(self.part.note)
+
     def _table(self, name: str | None) -> _Table | None:
         """Decoded topic, sorted by stamp; None where it is absent or has no messages."""
+        table = self._decoded(name)
+        if table is None or name is None:
+            return None
+        if self.part is not None:
+            rows = self.part.rows(table.received_ns)
+            if not len(rows):
+                return None
+            table = table.take(rows)
+        if np.any(
+            np.diff(table.received_ns) < 0
+        ):  # recorders may write out of order; what counts is the order of reception
+            table = table.take(np.argsort(table.received_ns, kind="stable"))
+        return self._in_order(name, table)
+
+    def _decoded(self, name: str | None) -> _Table | None:
+        """Decoded topic in order of the file."""
         topic = self.raw.get(name) if name else None
         if topic is None or not topic.payloads:
             return None
@@ -208,10 +242,7 @@ class _Loader:
         except ValueError as error:
             raise BagError(f"{self.path}: {name}: {error}; the recording is damaged") from error
         received = np.array(topic.received_ns, dtype=np.int64)
-        table = _Table(decoded.stamp_ns, received, decoded.columns, decoded.frame_id)
-        if np.any(np.diff(received) < 0):  # recorders may write out of order; what counts is the order of reception
-            table = table.take(np.argsort(received, kind="stable"))
-        return self._in_order(topic.name, table)
+        return _Table(decoded.stamp_ns, received, decoded.columns, decoded.frame_id)
 
     def _in_order(self, name: str, table: _Table) -> _Table:
         stamp, keep = table.stamp_ns, np.ones(len(table.stamp_ns), dtype=bool)

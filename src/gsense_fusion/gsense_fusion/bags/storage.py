@@ -80,7 +80,7 @@ class Storage:
             known.count += connection.msgcount
 
     def read(self, names: list[str]) -> dict[str, RawTopic]:
-        """Messages of the topics `names`, in order of the storage files (MCAP: of writing, SQLite3: of reception).
+        """Messages of the topics `names`, in order of writing.
 
         Raises:
             BagError: the storage is damaged.
@@ -101,8 +101,18 @@ class Storage:
         if Path(str(reader.path)).suffix == ".mcap":
             read_messages(Path(str(reader.path)), sinks)
             return
-        for connection, received, payload in reader.messages(connections):
-            sinks[connection.id]([received], [payload])
+        for topic, received, payload in _sqlite_rows(reader):
+            if topic in sinks:
+                sinks[topic]([received], [payload])
+
+
+def _sqlite_rows(reader: Reader) -> Iterator[tuple[int, int, bytes]]:
+    """Topic, time of reception and data in order of writing.
+
+    `rosbags` yields them in order of reception, in which a clock that was set back is not seen.
+    """
+    database: Any = reader.storage.dbconn  # type: ignore[attr-defined]
+    yield from database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY rowid")
 
 
 def _sink(topic: RawTopic, unpack: Callable[[bytes], bytes] | None) -> Sink:
