@@ -59,8 +59,9 @@ class Ears:
     def messages(self, name: str, raw: list[bytes] | None = None) -> list[Any]:
         return [deserialize_message(r, self.types[name]) for r in (self.heard[name] if raw is None else raw)]
 
-    def stamps(self, name: str) -> np.ndarray:
-        return np.array([stamp_ns(raw) for raw in self.heard[name]])
+    def stamps(self, name: str, first: int = 0) -> np.ndarray:
+        """Of the messages from number `first` on, ns."""
+        return np.array([stamp_ns(raw) for raw in self.heard[name][first:]], dtype=np.int64)
 
     def close(self) -> None:
         self._ended.set()

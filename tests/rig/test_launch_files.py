@@ -66,6 +66,14 @@ def test_parameter_files_hold_the_nodes_parameters(path: str, declared) -> None:
         assert type(value) is type(known[name]) or known[name] is None, f"{path}: {name}: {value!r}"
 
 
+def test_what_may_start_again_by_itself_does() -> None:
+    """Nothing that moves the carriage, and no recorder, whose bag is there already."""
+    nodes = [node for path in LAUNCH for node in ET.parse(path).getroot().iter("node")]
+    again = {node.get("exec") for node in nodes if node.get("respawn") == "$(var respawn)"}
+    assert again == {"board", "bridge", "fusion", "watch", "dashboard"}
+    assert {node.get("exec") for node in nodes} - again == {"rig", "record", *("rviz2", "robot_state_publisher")}
+
+
 @pytest.mark.parametrize("path", LAUNCH, ids=lambda path: path.name)
 def test_launch_files_name_what_there_is(path: Path, declared) -> None:
     root = ET.parse(path).getroot()
