@@ -144,6 +144,17 @@ def test_a_turned_board_sees_the_rig_turned(campaign: Path) -> None:
     assert ratio == pytest.approx([-0.02, -0.02, 0.02], rel=0.25)
 
 
+def test_the_encoders_scale_is_in_the_positions_alone(tmp_path: Path) -> None:
+    plan = tmp_path / "plan.yaml"
+    plan.write_text("runs: [{shape: static, duration: 2, position: 0.1, role: fit}]")
+    for name, scale in (("true", 0.0), ("large", 0.02)):
+        assert simulate.main([str(plan), "--out", str(tmp_path / name), "--effect", f"encoder_scale={scale}"]) == 0
+    true, large = (read(tmp_path / name / "run_00") for name in ("true", "large"))
+    for a, b in zip(true["/rig/pose"], large["/rig/pose"], strict=True):
+        assert b[1].pose.position.x == pytest.approx(1.02 * a[1].pose.position.x)
+    assert np.array_equal(imu(true["/mpu6050/imu/data_raw"])[1], imu(large["/mpu6050/imu/data_raw"])[1])
+
+
 def test_conventions_of_the_messages(fast: dict[str, list[tuple[int, Any]]]) -> None:
     lisy = fast["/lisy300/imu/data_raw"][5][1]
     assert (lisy.angular_velocity.x, lisy.angular_velocity.y) == (0.0, 0.0)

@@ -75,6 +75,10 @@ class ChainParameters:
     encoder_hz: float = 200.0
     encoder_quantum: float = 5e-5
     encoder_jitter_s: float = 5e-5
+    encoder_scale: float = 0.0
+    """What the encoder reads too much of every metre."""
+    belt_hz: float = float("inf")
+    """Where the carriage would ring on the belt between it and the encoder, which is on the carriage by default."""
     filter_hz: float = 42.0
     """Second-order low-pass of both sensors: 5.4 ms of delay against the encoder."""
     gyro_lsb: float = DEG / 65.5

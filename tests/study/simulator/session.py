@@ -222,7 +222,8 @@ def _arrived(n: int, loss: float, rng: np.random.Generator) -> NDArray[np.bool_]
 def _encoder(p: SessionParameters, travel: Travel, start: float, rng: np.random.Generator) -> PoseSeries:
     c = p.chain
     time = np.arange(rng.uniform(0, 1 / c.encoder_hz), travel.time[-1], 1 / c.encoder_hz)
-    position = np.interp(time, travel.time, travel.position)
+    pulled = travel.acceleration / (2 * np.pi * c.belt_hz) ** 2
+    position = (1.0 + c.encoder_scale) * np.interp(time, travel.time, travel.position + pulled)
     counted = np.round(position / c.encoder_quantum) * c.encoder_quantum
     return PoseSeries(_stamp(p, start + time + c.encoder_jitter_s * rng.standard_normal(len(time))), counted)
 

@@ -7,6 +7,7 @@ from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.effects.bias_drift import BiasDrift
 from gsense_fusion.identification.effects.clipping import AccelClipping, GyroClipping
 from gsense_fusion.identification.effects.clock_skew import ClockSkew
+from gsense_fusion.identification.effects.encoder_scale import EncoderScale
 from gsense_fusion.identification.effects.line_tone import LineTone
 from gsense_fusion.identification.effects.magnetic import MagMotor, MagPosition
 from gsense_fusion.identification.effects.quantization import Quantization
@@ -17,6 +18,7 @@ from gsense_fusion.identification.effects.speed_noise import SpeedNoise
 RECORDED: tuple[RecordedEffect, ...] = (
     SampleLoss(),
     ClockSkew(),
+    EncoderScale(),
     GyroClipping(),
     AccelClipping(),
     Quantization(),

@@ -157,11 +157,12 @@ class Session:
     def _rig_batches(self, record: CarriageRecord) -> list[Batch]:
         make = self._messages
         stamp, position, velocity, force = record.poses.T
+        counted = 1.0 + self.unit.model.encoder_scale
         latency = self._clock.latency(stamp.shape[0], RIG_LATENCY)
         values = {name: record.states[:, 1 + i] for i, name in enumerate(STATE_FIELDS)}
         state_latency = self._clock.latency(record.states.shape[0], RIG_LATENCY)
         return [
-            make.pose(stamp, latency, position),
-            make.joint_states(stamp, latency + 2e-5, position, velocity, force),
+            make.pose(stamp, latency, position * counted),
+            make.joint_states(stamp, latency + 2e-5, position * counted, velocity * counted, force),
             make.rig_state(record.states[:, 0], state_latency, values),
         ]

@@ -65,6 +65,7 @@ def _refuse(spec: UnitSpec) -> None:
     for name, wanted, instead in (
         ("sample_loss", model.lost, "the board's fault injection"),
         ("clock_skew", model.clock_error, "simulate"),
+        ("encoder_scale", model.encoder_scale, "simulate"),
     ):
         if wanted:
             raise ValueError(

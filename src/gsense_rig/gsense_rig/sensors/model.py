@@ -58,6 +58,8 @@ class SignalModel:
     """Relative: the stamps of the board run faster than the rig's."""
     lost: float = 0.0
     """Part of the board's frames that never arrives."""
+    encoder_scale: float = 0.0
+    """What the encoder reads too much of every metre, 1."""
 
     @classmethod
     def of_unit(cls, unit: UnitParameters) -> SignalModel:

@@ -22,6 +22,7 @@ from gsense_rig.sensors.effects.chain import (
 from gsense_rig.sensors.effects.rail import (
     BeltTilt,
     BeltTooth,
+    EncoderScale,
     MagPosition,
     RailCurvature,
     ReversalRock,
@@ -73,6 +74,7 @@ EFFECTS: dict[str, type[Effect]] = {
         SpeedNoise,
         MagPosition,
         MagMotor,
+        EncoderScale,
     )
 }
 

@@ -1,4 +1,4 @@
-"""Effects of the rig: the carriage truly rotates, so gyros see a rate and accelerometers see gravity tilt."""
+"""Effects of the rig: the carriage truly rotates, so and gyros and accelerometers see it; the encoder's metres."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import ClassVar
 from gsense_rig.sensors.drivers import FieldDriver, GyroDriver, TiltDriver
 from gsense_rig.sensors.effects.base import FieldTerm, GyroTerm, TiltTerm
 from gsense_rig.sensors.model import SignalModel
+
+LARGEST_SCALE = 0.5
 
 
 class RailCurvature(TiltTerm):
@@ -68,3 +70,17 @@ class MagPosition(FieldTerm):
 
     name: ClassVar[str] = "mag_position"
     driver: ClassVar[FieldDriver] = FieldDriver.POSITION
+
+
+@dataclass(frozen=True)
+class EncoderScale:
+    """A pulley larger than the counts per metre say: the encoder reads (1 + value) metres of every one; 1."""
+
+    value: float
+    name: ClassVar[str] = "encoder_scale"
+
+    def apply(self, model: SignalModel) -> None:
+        """Sets what the recorded positions are multiplied by; the carriage moves as it would."""
+        if abs(self.value) > LARGEST_SCALE:
+            raise ValueError(f"encoder_scale must be within +-{LARGEST_SCALE}")
+        model.encoder_scale += self.value
