@@ -5,10 +5,13 @@
 #include "pic.h"
 #include "registers.h"
 
-void pic_push(pic *p, uint16_t target); /* core.c */
+#define NS_4_MHZ 4000u     /* instruction cycle at 1 MHz */
+#define WDT_SOFTWARE 0x1Fu /* in CONFIG3: the program chooses the period */
+
+void pic_push(pic *p, uint16_t target); /* instructions_control.c */
 void pic_map_memory(pic *p);            /* memory.c */
 
-/* system.c: events, interrupts, clock, watchdog */
+/* system.c, watchdog.c: events, interrupts, clock, watchdog */
 void pic_at(pic *p, pic_event event, uint64_t cycles);
 void pic_service(pic *p);
 void pic_flag(pic *p, unsigned bank, uint8_t bits); /* sets bits of PIR0 + bank */
