@@ -30,15 +30,18 @@ class Tolerance:
     """Shape (r,)."""
 
     @staticmethod
-    def of(beta: FloatArray, groups: tuple[IntArray, ...], used: IntArray) -> Tolerance:
-        """From coefficients (P,); the components of one vector (a group) mix, so they share its length.
+    def of(square: FloatArray, groups: tuple[IntArray, ...], used: IntArray) -> Tolerance:
+        """From expected squares of the coefficients (P,); a vector's components (a group) mix and share its length.
+
+        Expected: with their variance. A component that is not known may be large, and then so is what a mounting that
+        is off by a degree makes of it; taken for small, it would be known from those degrees.
 
         `used`: the columns of the model; others have no tolerance.
         """
         columns: list[int] = []
         variance: list[float] = []
         for group in groups:
-            size = float(np.sum(beta[group] ** 2))
+            size = float(np.sum(square[group]))
             if size > 0 and np.isin(group, used).all():
                 columns.extend(int(c) for c in group)
                 variance.extend([TOLERANCE**2 * size] * len(group))

@@ -23,6 +23,9 @@ KEPT_PART = 1.0
 FELT_IDENTIFIES = 1e-3
 """Information in plausible sizes from which the accelerometer's word identifies a direction: 30 of them."""
 DRIFT_ROUNDS = 3
+FIRST_SIZE = 2.0
+"""Plausible sizes of a turn's parameters before anything is known of them: their tolerance begins wide."""
+ALIGNMENT_ROUNDS = 2
 MIN_REST_BLOCKS = 8
 
 
@@ -84,6 +87,11 @@ def solve(
     part = unit * (inverse @ (unit * gram.xy[index]))
     covariance = (inverse + vectors[:, ~good] @ vectors[:, ~good].T) * unit[:, None] * unit[None]
     return part, covariance, int(good.sum())
+
+
+def _squares(fit: Fit) -> FloatArray:
+    """Expected squares of a fit's parameters, shape (P,)."""
+    return np.asarray(fit.beta**2 + np.maximum(np.diag(fit.covariance), 0.0))
 
 
 class Likelihood:
@@ -173,14 +181,14 @@ class Likelihood:
                 or goes on the way would be a step in the likelihood, at which a search ends and an interval stops.
 
         """
-        if start is None:
-            drift = self._drift_of(names, templates)
-            beta: FloatArray = np.zeros(self.columns.total)
-            turns = any(len(np.intersect1d(g, self.columns.index(names))) for g in self._rotations)
-            start = self._solve(names, templates, beta, drift, kept) if turns else None
-        else:
-            drift, beta = dict(start.drift), start.beta
-        return self._solve(names, templates, beta if start is None else start.beta, drift, kept)
+        if start is not None:
+            return self._solve(names, templates, _squares(start), start.drift, kept)
+        drift = self._drift_of(names, templates)
+        turns = any(len(np.intersect1d(g, self.columns.index(names))) for g in self._rotations)
+        fit = self._solve(names, templates, (FIRST_SIZE * self.columns.plausible) ** 2, drift, kept)
+        for _ in range(ALIGNMENT_ROUNDS if turns else 0):
+            fit = self._solve(names, templates, _squares(fit), drift, kept)
+        return fit
 
     def _drift_of(self, names: frozenset[str], templates: Templates) -> dict[int, Drift]:
         """Drift strengths for a model: they depend only on what moves the block means."""
@@ -196,12 +204,12 @@ class Likelihood:
         return dict(self._drifts[key])
 
     def _solve(
-        self, names: frozenset[str], templates: Templates, around: FloatArray, drift: Mapping[int, Drift], kept: int = 0
+        self, names: frozenset[str], templates: Templates, square: FloatArray, drift: Mapping[int, Drift], kept: int = 0
     ) -> Fit:
-        """Least squares at given drift; the tolerance of alignment is that of the coefficients `around` (P,)."""
+        """Least squares at given drift; the tolerance of alignment is that of coefficients with these squares (P,)."""
         grams = self.mounting_grams(templates, names)
         index = self.columns.index(names)
-        tolerance = Tolerance.of(around, self._rotations, index)
+        tolerance = Tolerance.of(square, self._rotations, index)
         marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
         turned = self.felt.marginals(names, templates, tolerance)
         felt = sum((m.gram for m in turned), Gram.zero(self.columns.total))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gsense_fusion.identification.effects.base import Drivers, spec
 from gsense_fusion.identification.effects.turning import TrueTurn
 from gsense_fusion.identification.types import FloatArray
@@ -21,5 +23,8 @@ class ViscousTilt(TrueTurn):
         return drivers.kinematics.velocity
 
     def rate(self, drivers: Drivers) -> FloatArray:
-        """The acceleration."""
-        return drivers.kinematics.acceleration
+        """The acceleration that G has too, with what rings above the drive: else that would tell the two apart."""
+        mounting, force = drivers.mounting, drivers.specific_force
+        if mounting is None or mounting.along is None or force is None:
+            return drivers.kinematics.acceleration
+        return np.asarray((force - mounting.gravity * mounting.up) @ mounting.along)
