@@ -17,10 +17,11 @@ import numpy as np
 
 from gsense_fusion.compensation import CompensationFile
 
+from .held import Held, Measured, settle_inputs
 from .initial import attitude_at_rest, headed, levelled
 from .interface import FloatArray
 from .rest import is_rest
-from .stream import SUPPLY, TEMPERATURE, VELOCITY, Channel, Sample, Stream
+from .stream import SUPPLY, TEMPERATURE, VELOCITY, Channel, Stream
 from .timing import StepKind, StepTimer, TimingCounts
 
 
@@ -65,28 +66,6 @@ class FusionStatus:
     """How the estimator started, in words."""
 
 
-@dataclass(slots=True)
-class _Measured:
-    """A sample with what else was known when it came."""
-
-    stamp_ns: int
-    dt: float
-    rate: FloatArray
-    force: FloatArray
-    field: FloatArray | None
-    own: FloatArray | None
-    inputs: FloatArray
-    source: Any
-
-
-@dataclass(slots=True)
-class _Held:
-    """A sample of the starting window, and what the streams made of it (raw, compensated)."""
-
-    measured: _Measured
-    samples: tuple[Sample, ...]
-
-
 class Fusion:
     """See the module. Not thread-safe: one thread feeds it."""
 
@@ -108,8 +87,8 @@ class Fusion:
         self._field: FloatArray | None = None
         self._own: FloatArray | None = None
         self._inputs = np.full(3, np.nan)
-        self._window: list[_Measured] = []
-        self._held: list[_Held] = []
+        self._window: list[Measured] = []
+        self._held: list[Held] = []
         self.status = FusionStatus(self.timer.counts)
 
     def add_temperature(self, celsius: float) -> None:
@@ -195,21 +174,21 @@ class Fusion:
             stream.restart()
         self.status.running = self.status.rest_seen = False
 
-    def _measured(self, stamp_ns: int, dt: float, rate: FloatArray, force: FloatArray, source: Any) -> _Measured:
+    def _measured(self, stamp_ns: int, dt: float, rate: FloatArray, force: FloatArray, source: Any) -> Measured:
         field, self._field = self._field, None
         own, self._own = self._own, None
         inputs = self._inputs.copy()
         self._inputs[TEMPERATURE] = np.nan  # a reading is used once
-        return _Measured(stamp_ns, dt, rate, force, field, own, inputs, source)
+        return Measured(stamp_ns, dt, rate, force, field, own, inputs, source)
 
-    def _through(self, m: _Measured) -> _Held:
+    def _through(self, m: Measured) -> Held:
         samples = tuple(s.sample(m.stamp_ns, m.rate, m.force, m.field, m.inputs) for s in self.streams)
         for sample in samples:
             sample.own = m.own
-        return _Held(m, samples)
+        return Held(m, samples)
 
     def _start(self) -> list[Estimate]:
-        _settle_inputs([m.inputs for m in self._window])
+        settle_inputs([m.inputs for m in self._window])
         self._held = [self._through(measured) for measured in self._window]
         self._window = []
         status = self.status
@@ -273,7 +252,7 @@ class Fusion:
                     if first:
                         channel.filter.quaternion = np.array([1.0, 0.0, 0.0, 0.0])
 
-    def _seek_rest(self, held: _Held) -> None:
+    def _seek_rest(self, held: Held) -> None:
         """After a start in motion: a sliding second, looked at four times a second."""
         self._held.append(held)
         newest = held.measured.stamp_ns
@@ -289,7 +268,7 @@ class Fusion:
             self.status.start = "started in motion; attitude and bias corrected at the first second of rest"
             self._held = []
 
-    def _filter(self, held: _Held) -> list[Estimate]:
+    def _filter(self, held: Held) -> list[Estimate]:
         measured = held.measured
         if measured.field is not None and not self.status.uses_field:
             self.status.uses_field = True
@@ -304,14 +283,3 @@ class Fusion:
             for channel, quaternion in zip(stream.channels, stream.update(measured.dt, sample), strict=True):
                 estimates.append(Estimate(channel.name, measured.stamp_ns, quaternion, sample.rate, measured.source))
         return estimates
-
-
-def _settle_inputs(inputs: list[FloatArray]) -> None:
-    """What became known of temperature and supply within the first second is taken to hold from its start."""
-    for column in (TEMPERATURE, SUPPLY):
-        known = [row[column] for row in inputs if np.isfinite(row[column])]
-        for i, row in enumerate(inputs):
-            if known and (column == SUPPLY or i == 0):
-                row[column] = known[-1]
-            elif column == TEMPERATURE:
-                row[column] = np.nan

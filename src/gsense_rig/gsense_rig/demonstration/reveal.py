@@ -70,8 +70,8 @@ def _judgement(outcome: Outcome) -> str:
 
 def _comparison(outcome: Outcome) -> Table:
     table = Table(box=box.SIMPLE, title="hidden and found", title_justify="left", show_edge=False)
-    for name in ("effect", "parameter", "hidden", "found", "unit"):
-        table.add_column(name, justify="right" if name in ("hidden", "found") else "left")
+    for name in ("effect", "parameter", "hidden", "found +- 1 sigma", "unit"):
+        table.add_column(name, justify="right" if name.startswith(("hidden", "found")) else "left")
     for row in outcome.rows:
         table.add_row(row.effect, row.parameter, row.hidden, row.found, row.unit)
     return table
