@@ -77,8 +77,8 @@ def judge(
     symptoms, explained = explain_noise(likelihood, tested, left, statistical)
     unequal = _unequal(selection, tested, names)
     symptoms += [_unequal_symptom(selection, tested, n) for n in unequal]
-    demoted = list(unequal)
-    names = [n for n in names if n not in unequal]
+    demoted = unequal + _companions(selection, names, refinements, unequal)
+    names = [n for n in names if n not in demoted]
     if unequal or any(s.kind == "orders" for s in symptoms):
         rest = _fit(selection, names + refinements)
         demoted += [
@@ -162,6 +162,19 @@ def _unequal(selection: Selection, fit: Fit, names: Sequence[str]) -> list[str]:
     """Dynamic claims that are of another size in every run."""
     dynamic = [n for n in names if selection.effects[n].dynamic]
     return [n for n in dynamic if not homogeneity(selection.likelihood, fit, selection.effects[n]).holds]
+
+
+def _companions(
+    selection: Selection, names: Sequence[str], refinements: Sequence[str], demoted: Sequence[str]
+) -> list[str]:
+    """Claims that are of one size only beside a demoted one: together they imitated what is in neither."""
+    out: list[str] = []
+    new = list(demoted)
+    while new:
+        left = [n for n in names if n not in demoted and n not in out]
+        new = _unequal(selection, _fit(selection, [*left, *refinements]), left)
+        out += new
+    return out
 
 
 def _unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
