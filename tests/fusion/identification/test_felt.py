@@ -20,8 +20,8 @@ from gsense_fusion.identification.effects.rail_curvature import RailCurvature
 from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.felt import ForceChannel
+from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.integrity import clean_runs
-from gsense_fusion.identification.motion import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.types import Role
 from gsense_fusion.identification.whitened import Columns

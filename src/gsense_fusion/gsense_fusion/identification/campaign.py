@@ -13,8 +13,9 @@ from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.felt_harmonics import with_felt_orders
+from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.motion import CarriageMotion, Kinematics
+from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.mounting import (
     NOMINAL,
     Delay,

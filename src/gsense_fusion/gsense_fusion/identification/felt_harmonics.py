@@ -16,9 +16,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from gsense_fusion.identification.harmonics import HIGHEST_HARMONIC_HZ, Harmonics
 from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.motion import HIGHEST_HARMONIC_HZ, CarriageMotion, Harmonics
-from gsense_fusion.identification.types import BoolArray, FloatArray
+from gsense_fusion.identification.motion import CarriageMotion
+from gsense_fusion.identification.phasors import normal_matrix, phasors
+from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
 FIRST_ORDER = 4
 MAX_ORDERS = 160
@@ -69,8 +71,10 @@ def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray,
     """What is to be added to the encoder's harmonics; None where it is nothing."""
     w = encoder.angular_frequency
     orders = _told_apart(w, float(np.ptp(time)), rate_hz, min(MAX_ORDERS, len(time) // SAMPLES_PER_ORDER))
-    beyond = acceleration - encoder.at(time).acceleration
-    cosine, sine, sigma = _amplitudes(time - encoder.origin, w * orders, beyond)
+    if not len(orders):
+        return None
+    beyond = acceleration - encoder.acceleration_at(time)
+    cosine, sine, sigma = _amplitudes(time - encoder.origin, w, orders.astype(np.int64), beyond)
     known = np.isin(orders, encoder.orders)
     counts = encoder.stderr * (w * orders) ** 2
     # an order that the encoder has as well is replaced where it is known better, a new one has to be clear
@@ -95,11 +99,22 @@ def _told_apart(w: float, duration_s: float, rate_hz: float, most: int) -> Float
     return np.array(orders)
 
 
-def _amplitudes(t: FloatArray, w: FloatArray, series: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Cosine and sine amplitudes (k,) of a series (n,) at the angular frequencies (k,), and their standard error."""
+def _amplitudes(t: FloatArray, w: float, orders: IntArray, series: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Cosine and sine amplitudes (k,) of a series (n,) at orders of the angular frequency, and their standard error.
+
+    A constant, a slope and a curvature are fitted beside them.
+    """
+    k = len(orders)
     slow = (t - t.mean()) / np.ptp(t)
-    phase = np.outer(t, w)
-    X = np.column_stack([np.cos(phase), np.sin(phase), np.ones(len(t)), slow, slow**2])
-    beta = np.linalg.solve(X.T @ X, X.T @ series)
-    sigma = float(np.sqrt(np.sum((series - X @ beta) ** 2) / (len(t) - len(beta)) * 2.0 / len(t)))
-    return beta[: len(w)], beta[len(w) : 2 * len(w)], sigma
+    rest = np.stack([slow, slow**2])
+    powers = phasors(w * t, int(orders.max()))
+    with_slow = (powers @ rest.T)[orders - 1]
+    cross = np.concatenate([rest.sum(axis=1)[None], with_slow.real, with_slow.imag])
+    matrix = np.block([[normal_matrix(powers, orders), cross], [cross.T, rest @ rest.T]])
+    found = (powers @ series)[orders - 1]
+    beta = np.linalg.solve(matrix, np.concatenate([[series.sum()], found.real, found.imag, rest @ series]))
+    spread = np.zeros(len(powers), dtype=complex)
+    spread[orders - 1] = beta[1 : 1 + k] - 1j * beta[1 + k : 1 + 2 * k]
+    left = series - beta[0] - (spread @ powers).real - beta[1 + 2 * k :] @ rest
+    sigma = float(np.sqrt(np.sum(left**2) / (len(t) - len(beta)) * 2.0 / len(t)))
+    return beta[1 : 1 + k], beta[1 + k : 1 + 2 * k], sigma

@@ -13,79 +13,17 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from gsense_fusion.identification.harmonics import Harmonics, Kinematics, fit_harmonics
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 STILL_SPAN_S = 0.5
 STILL_RANGE_M = 2e-4
 """A carriage that stays within 4 counts of the encoder for half a second stands still."""
-HIGHEST_HARMONIC_HZ = 20.0
-MAX_HARMONICS = 40
-KEEP_SIGMA = 5.0
-LOCKED_PART = 0.2
-"""Of the deviation that rounding to counts makes: what stays in each order, as it repeats with the drive."""
 MIN_PERIODS = 2.5
 MARGINS = (0.2, 0.3, 0.38)
 """Parts of the motion left out at both ends where its middle is fitted."""
 SILENT_S = 0.1
 """An encoder that says nothing for so long: harmonics go on through it, a line does not."""
-
-
-@dataclass(frozen=True)
-class Kinematics:
-    """Motion along the rail at given times, each of shape (n,)."""
-
-    position: FloatArray
-    """m."""
-    velocity: FloatArray
-    """m/s."""
-    acceleration: FloatArray
-    """m/s^2."""
-    jerk: FloatArray
-    """m/s^3."""
-
-    @staticmethod
-    def at_rest(position: float, n: int) -> Kinematics:
-        """A carriage that stands at `position`."""
-        zero = np.zeros(n)
-        return Kinematics(np.full(n, position), zero, zero, zero)
-
-
-@dataclass(frozen=True)
-class Harmonics:
-    """s(t) = offset + sum_h c_h cos(h w t) + d_h sin(h w t), t from `origin`."""
-
-    angular_frequency: float
-    origin: float
-    offset: float
-    orders: FloatArray
-    cosine: FloatArray
-    sine: FloatArray
-    residual_rms: float
-    stderr: float = 0.0
-    """Of each amplitude, m: counts are rounded alike in every period, which no averaging takes out."""
-
-    @property
-    def amplitude(self) -> float:
-        """Amplitude of the fundamental in m."""
-        first = self.orders == 1
-        return float(np.hypot(self.cosine[first].sum(), self.sine[first].sum()))
-
-    def lowest(self, order: int) -> Harmonics:
-        """The same without orders above one."""
-        keep = self.orders <= order
-        return replace(self, orders=self.orders[keep], cosine=self.cosine[keep], sine=self.sine[keep])
-
-    def at(self, time: FloatArray) -> Kinematics:
-        """Position and its analytic derivatives at the times (n,)."""
-        w = self.angular_frequency * self.orders
-        phase = np.outer(time - self.origin, w)
-        c, s = np.cos(phase), np.sin(phase)
-        return Kinematics(
-            position=self.offset + c @ self.cosine + s @ self.sine,
-            velocity=c @ (self.sine * w) - s @ (self.cosine * w),
-            acceleration=-(c @ (self.cosine * w**2) + s @ (self.sine * w**2)),
-            jerk=-(c @ (self.sine * w**3)) + s @ (self.cosine * w**3),
-        )
 
 
 @dataclass(frozen=True)
@@ -161,25 +99,24 @@ class CarriageMotion:
         """Motion at the times (n,) in s: harmonic in the steady part, else band-limited, at rest beyond the record."""
         if self._smooth is None:
             return Kinematics.at_rest(float(np.median(self._position)), len(time))
-        smooth = self._smooth.at(time)
         if self.harmonics is None or self.steady is None:
-            return smooth
+            return self._smooth.at(time)
         inside = (time >= self.steady.start) & (time <= self.steady.stop)
-        exact = self.harmonics.at(time[inside])
-        for name in ("position", "velocity", "acceleration", "jerk"):
-            getattr(smooth, name)[inside] = getattr(exact, name)
+        smooth, exact = self._smooth.at(time[~inside]), self.harmonics.at(time[inside])
         if self.felt is not None:
             felt = self.felt.at(time[inside])
-            smooth.acceleration[inside] += felt.acceleration
-            smooth.jerk[inside] += felt.jerk
-        return smooth
+            exact = replace(exact, acceleration=exact.acceleration + felt.acceleration, jerk=exact.jerk + felt.jerk)
+        series = np.empty((4, len(time)))
+        for i, name in enumerate(("position", "velocity", "acceleration", "jerk")):
+            series[i, inside], series[i, ~inside] = getattr(exact, name), getattr(smooth, name)
+        return Kinematics(*series)
 
     def ringing_at(self, time: FloatArray) -> FloatArray:
         """Acceleration along the rail that the sensor feels on top of `at` at the times (n,), m/s^2."""
         out = np.zeros(len(time))
         if self.ringing is not None and self.steady is not None:
             inside = (time >= self.steady.start) & (time <= self.steady.stop)
-            out[inside] = self.ringing.at(time[inside]).acceleration
+            out[inside] = self.ringing.acceleration_at(time[inside])
         return out
 
 
@@ -232,7 +169,7 @@ def _sine_of_middle(
     tolerance = 6 * max(fit.residual_rms, quantum)
     if fit.amplitude < 20 * quantum or fit.residual_rms > 2e-3 * fit.amplitude + quantum:
         return None
-    error = np.where(heard, np.abs(s - fit.at(t).position), 0.0)
+    error = np.where(heard, np.abs(s - fit.position_at(t)), 0.0)
     worst = maximum_filter1d(error, max(3, round(0.25 * period / float(t[1] - t[0])) | 1))
     centre = len(t) // 2
     bad = np.flatnonzero(worst > tolerance)
@@ -257,64 +194,6 @@ def _dominant_angular_frequency(time: FloatArray, position: FloatArray) -> float
     return float(2 * np.pi * frequency[int(np.argmax(spectrum[1:])) + 1])
 
 
-def fit_harmonics(time: FloatArray, position: FloatArray, guess: float) -> Harmonics:
-    """Least squares of the drive's harmonics with its frequency; harmonics under 5 sigma are dropped.
-
-    Args:
-        time: s, shape (n,).
-        position: m, shape (n,).
-        guess: Angular frequency in rad/s, within about 1/duration of the truth.
-
-    """
-    origin = float(time.mean())
-    t = time - origin
-    w = guess
-    for _ in range(8):
-        X = _columns(t, w, np.arange(1.0, 4.0))
-        beta = _solve(X, position)
-        slope = X[:, 4:7] @ (beta[1:4] * np.arange(1, 4)) * -1.0 + X[:, 1:4] @ (beta[4:7] * np.arange(1, 4))
-        both = _solve(np.column_stack([X, t * slope]), position)
-        w += float(both[-1])
-        if abs(both[-1]) < 1e-9 * w:
-            break
-    rate = 1.0 / float(np.median(np.diff(time)))
-    highest = min(MAX_HARMONICS, int(min(HIGHEST_HARMONIC_HZ, 0.4 * rate) * 2 * np.pi / w), len(t) // 8)
-    orders = np.arange(1.0, max(2, highest + 1))
-    return _keep_significant(t, position, w, orders, origin)
-
-
-def _keep_significant(t: FloatArray, position: FloatArray, w: float, orders: FloatArray, origin: float) -> Harmonics:
-    for _ in range(2):
-        X = _columns(t, w, orders)
-        beta = _solve(X, position)
-        rms = float(np.std(position - X @ beta))
-        k = len(orders)
-        size = np.hypot(beta[1 : 1 + k], beta[1 + k :])
-        keep = size > KEEP_SIGMA * rms * np.sqrt(2.0 / len(t))
-        keep[0] = True
-        if keep.all():
-            break
-        orders = orders[keep]
-    X = _columns(t, w, orders)
-    beta = _solve(X, position)
-    k = len(orders)
-    rms = float(np.std(position - X @ beta))
-    stderr = max(rms * float(np.sqrt(2.0 / len(t))), LOCKED_PART * rms)
-    return Harmonics(w, origin, float(beta[0]), orders, beta[1 : 1 + k], beta[1 + k :], rms, stderr)
-
-
-def _solve(X: FloatArray, y: FloatArray) -> FloatArray:
-    """Least squares by the normal equations: harmonics over whole periods are nearly orthogonal, and this is fast."""
-    scale = np.sqrt(np.sum(X**2, axis=0))
-    unit = X / scale
-    return np.asarray(np.linalg.solve(unit.T @ unit, unit.T @ y) / scale)
-
-
-def _columns(t: FloatArray, w: float, orders: FloatArray) -> FloatArray:
-    phase = np.outer(t, w * orders)
-    return np.column_stack([np.ones(len(t)), np.cos(phase), np.sin(phase)])
-
-
 class _BandLimited:
     """Derivatives of the whole record by a low-pass in the frequency domain, ends continued by odd reflection."""
 
@@ -333,12 +212,12 @@ class _BandLimited:
         offsets = (trend, slope, 0.0, 0.0)
         parts = [np.fft.irfft(spectrum * (1j * w) ** k, len(extended)) + offsets[k] for k in range(4)]
         self._start, self._stop = float(time[0]), float(time[-1])
-        self._splines = [CubicSpline(time, part[pad : pad + n]) for part in parts]
+        self._spline = CubicSpline(time, np.stack([part[pad : pad + n] for part in parts], axis=1))
 
     def at(self, time: FloatArray) -> Kinematics:
         """Motion at the times; beyond the record the carriage is taken to stay where it was."""
         clipped = np.clip(time, self._start, self._stop)
-        position, velocity, acceleration, jerk = (np.asarray(spline(clipped)) for spline in self._splines)
+        position, velocity, acceleration, jerk = np.ascontiguousarray(self._spline(clipped).T)
         outside = (time < self._start) | (time > self._stop)
         for series in (velocity, acceleration, jerk):
             series[outside] = 0.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gsense_fusion.identification.harmonics import least_squares
 from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.motion import CarriageMotion
 from gsense_fusion.identification.types import GRAVITY, FloatArray
@@ -92,7 +93,7 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
     for _ in range(DELAY_ITERATIONS):
         kin = steady.at(time[inside] - delay)
         X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
-        beta, *_ = np.linalg.lstsq(X, force[inside], rcond=None)
+        beta = least_squares(X, force[inside])
         mean, slope = beta[0], beta[1]
         size = float(slope @ slope)
         if size < 0.25:  # the accelerometer does not see the motion: not on this carriage

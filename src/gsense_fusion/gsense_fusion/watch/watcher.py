@@ -10,7 +10,7 @@ import numpy as np
 from gsense_fusion.compensation import ReferenceTerm
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers, Effect
-from gsense_fusion.identification.motion import Kinematics
+from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.types import BoolArray, FloatArray
 

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from gsense_fusion.identification.effects.design import Design, Mixed
-from gsense_fusion.identification.motion import Kinematics
+from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.noise import Response
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner, Parameter

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import norm, t
 
 from gsense_fusion.identification.campaign import Campaign, RunData, build_campaign
+from gsense_fusion.identification.harmonics import Harmonics, least_squares
 from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.motion import Harmonics
 from gsense_fusion.identification.recording.rough_clock import rough_skew
 from gsense_fusion.identification.types import FloatArray
 
@@ -129,7 +129,7 @@ def _of_run(data: RunData) -> tuple[float, float] | None:
     for _ in range(ROUNDS):
         kin = lowest.at(middle + (time - middle) / (1.0 + skew) - delay)
         X = np.column_stack([np.ones(len(time)), kin.acceleration, kin.jerk, (time - middle) * kin.jerk])
-        beta, *_ = np.linalg.lstsq(X, force, rcond=None)
+        beta = least_squares(X, force)
         size = float(beta[1] @ beta[1])
         if size < 0.25:
             return None
