@@ -65,8 +65,9 @@ def test_felt_is_the_derivative_of_exact_rotations(effect: RailCurvature | Visco
     assert drivers.mounting is not None
     mount = drivers.mounting.sensor_from_rail
     assert mount is not None
-    felt = effect.felt(drivers)
-    assert felt is not None
+    design = effect.felt(drivers)
+    assert design is not None
+    felt = np.asarray(design)
     ahead, gravity = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 9.81])
     for axis in range(3):
         turn = np.outer(effect.angle(drivers), np.eye(3)[axis]) * small

@@ -47,6 +47,10 @@ class Tolerance:
                 variance.extend([TOLERANCE**2 * size] * len(group))
         return Tolerance(np.array(columns, dtype=np.int64), np.array(variance))
 
+    def among(self, index: IntArray) -> Tolerance:
+        """The same with the columns counted among those of `index` (k,), which increase."""
+        return Tolerance(np.searchsorted(index, self.columns), self.variance)
+
 
 @dataclass(frozen=True)
 class Marginal:

@@ -40,6 +40,11 @@ class Bins:
         return out
 
     @cached_property
+    def both(self) -> FloatArray:
+        """Weight of real parts, then of imaginary ones, shape (2 * bins, 3)."""
+        return np.asfortranarray(np.concatenate([self.weight, self.weight]))
+
+    @cached_property
     def slow(self) -> tuple[FloatArray, ...]:
         """What a slope and a curvature span of each axis' whitened rows, orthonormal, shape (2 * bins, 2)."""
         t = np.linspace(-1.0, 1.0, self.samples)
@@ -71,7 +76,7 @@ def rows_by_axis(series: FloatArray, bins: Bins, axes: Collection[int]) -> Float
     parts = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
     out = np.empty((len(axes), *parts.shape))
     for i, axis in enumerate(axes):
-        np.multiply(parts, np.tile(bins.weight[:, axis], 2)[:, None], out=out[i])
+        np.multiply(parts, bins.both[:, axis, None], out=out[i])
         q = bins.slow[axis]
         out[i] -= q @ (q.T @ out[i])
     return out

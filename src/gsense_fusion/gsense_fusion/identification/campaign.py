@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.design import RailForce
 from gsense_fusion.identification.felt_harmonics import with_felt_orders
 from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.integrity import CleanRun
@@ -195,8 +196,12 @@ class DriverSource:
         self._response = response
         n = len(campaign.runs)
         self._cached = lru_cache(maxsize=2 * n)(self._make)
-        self._moved = lru_cache(maxsize=4 * n)(self._kinematics)
-        self._force = lru_cache(maxsize=4 * n)(self._specific_force)
+        self._moved = lru_cache(maxsize=4 * n)(self._shifted)
+        self._forced = lru_cache(maxsize=4 * n)(self._rail_force)
+        # what is not shifted is wanted again and again, however many delays are tried
+        self._on_time = lru_cache(maxsize=n)(lambda data: self._shifted(data, 0.0))
+        self._felt_on_time = lru_cache(maxsize=n)(lambda data: self._rail_force(data, 0.0))
+        self._slope = lru_cache(maxsize=n)(lambda data: first_slope(data.run))
         self._spline = lru_cache(maxsize=n)(_motion_spline)
         self._ringing = lru_cache(maxsize=n)(_ringing_spline)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
@@ -208,33 +213,47 @@ class DriverSource:
         return self._cached(data, templates)
 
     def _make(self, data: RunData, templates: Templates) -> Drivers:
-        kin = self._moved(data, templates.gyro_delay_s)
+        delay = templates.gyro_delay_s
+        force = self._force(data, delay)
         return Drivers(
-            kinematics=kin,
+            kinematics=self._kinematics(data, delay),
             mounting=data.mounting,
-            specific_force=self._force(data, templates.gyro_delay_s),
-            temperature=lagged_temperature(data.run, templates.temperature_lag_s),
+            specific_force=None if force is None else force.vectors,
+            temperature=lagged_temperature(data.run, templates.temperature_lag_s, self._slope(data)),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
             response=self._response,
             templates=templates,
+            rail_force=force,
         )
 
     def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
+        return self._moved(data, gyro_delay_s) if gyro_delay_s else self._on_time(data)
+
+    def _force(self, data: RunData, gyro_delay_s: float) -> RailForce | None:
+        return self._forced(data, gyro_delay_s) if gyro_delay_s else self._felt_on_time(data)
+
+    def _shifted(self, data: RunData, gyro_delay_s: float) -> Kinematics:
         time = data.run.time - data.delay_s
         if data.motion is None:
             return Kinematics.at_rest(0.0, len(time))
         if gyro_delay_s == 0.0 or data.motion.moving is None:
             return data.motion.at(time)
-        return Kinematics(*self._spline(data)(time - gyro_delay_s).T)
+        return Kinematics(*np.ascontiguousarray(self._spline(data)(time - gyro_delay_s).T))
 
-    def _specific_force(self, data: RunData, gyro_delay_s: float) -> FloatArray | None:
-        kin = self._moved(data, gyro_delay_s)
-        if data.motion is None or data.motion.ringing is None:
-            return specific_force(data, kin)
-        time = data.run.time - data.delay_s
-        ringing = self._ringing(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
-        return specific_force(data, replace(kin, acceleration=kin.acceleration + ringing))
+    def _rail_force(self, data: RunData, gyro_delay_s: float) -> RailForce | None:
+        """Gravity and the carriage's acceleration, its ringing too, in the sensor's axes; None without a mounting."""
+        mounting = data.mounting
+        if mounting is None:
+            return None
+        acceleration = self._kinematics(data, gyro_delay_s).acceleration
+        if data.motion is not None and data.motion.ringing is not None:
+            time = data.run.time - data.delay_s
+            late = self._ringing(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
+            acceleration = acceleration + late
+        along = np.zeros(3) if mounting.along is None else mounting.along
+        series = np.stack([np.ones(len(acceleration)), acceleration])
+        return RailForce(series, np.stack([mounting.gravity * mounting.up, along]))
 
 
 def _ringing_spline(data: RunData) -> CubicSpline:
@@ -253,19 +272,19 @@ def _motion_spline(data: RunData) -> CubicSpline:
     return CubicSpline(knots, np.stack([kin.position, kin.velocity, kin.acceleration, kin.jerk], axis=1))
 
 
-def specific_force(data: RunData, kin: Kinematics) -> FloatArray | None:
-    """Gravity and the carriage's acceleration in the sensor's axes, m/s^2, shape (n, 3)."""
-    mounting = data.mounting
-    if mounting is None:
-        return None
-    gravity = mounting.gravity * mounting.up
-    if mounting.along is None:
-        return np.repeat(gravity[None], len(kin.position), axis=0)
-    return np.asarray(gravity + kin.acceleration[:, None] * mounting.along)
+def first_slope(run: CleanRun) -> float:
+    """How fast the temperature changes at the run's beginning, K/s; zero where it is not known."""
+    if run.temperature is None:
+        return 0.0
+    head = max(2, round(2.0 * run.rate_hz))
+    return float(np.polyfit(run.time[:head], run.temperature[:head], 1)[0])
 
 
-def lagged_temperature(run: CleanRun, lag_s: float) -> FloatArray | None:
-    """Temperature above the reference through a first-order lag that starts settled, K, shape (n,)."""
+def lagged_temperature(run: CleanRun, lag_s: float, slope: float | None = None) -> FloatArray | None:
+    """Temperature above the reference through a first-order lag that starts settled, K, shape (n,).
+
+    `slope`: the run's `first_slope`, where it is known already.
+    """
     if run.temperature is None:
         return None
     above = run.temperature - TEMPERATURE_REFERENCE
@@ -273,7 +292,5 @@ def lagged_temperature(run: CleanRun, lag_s: float) -> FloatArray | None:
         return np.asarray(above)
     # settled on the run's own slope: a ramp through a lag is the ramp, lag_s later
     k = 1.0 - np.exp(-1.0 / (run.rate_hz * lag_s))
-    head = max(2, round(2.0 * run.rate_hz))
-    slope = float(np.polyfit(run.time[:head], above[:head], 1)[0])
-    start = above[0] - slope * lag_s
+    start = above[0] - (first_slope(run) if slope is None else slope) * lag_s
     return np.asarray(lfilter([k], [1.0, k - 1.0], above, zi=[start * (1.0 - k)])[0])

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gsense_fusion.identification.alignment import Marginal, Tolerance, marginalise
 from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.felt_orders import OrderProjection, project_orders
 from gsense_fusion.identification.noise import NoiseModel, fit_noise
 from gsense_fusion.identification.store import DELAY, fields_of
@@ -104,10 +104,6 @@ class ForceChannel:
             self._grams[key] = self._sum(wanted, key[1])
         return self._grams[key]
 
-    def marginals(self, names: frozenset[str], templates: Templates, tolerance: Tolerance) -> list[Marginal]:
-        """The same with the gyro's alignment against the accelerometer integrated out."""
-        return [marginalise(g, tolerance) for g in self.grams(names, templates).values()]
-
     def loglik(self, fit: Fit, beta: FloatArray | None = None) -> float:
         """Log-likelihood of the accelerometer under a fit, or under other coefficients (P,) of its model."""
         beta = fit.beta if beta is None else beta
@@ -142,7 +138,7 @@ class ForceChannel:
             for run in self.runs:
                 felt = effect.felt(self._source.of(run.data, key[1]))
                 shape = (len(run.rest), 3, len(effect.parameters))
-                rows.append(np.zeros(shape) if felt is None else run.projection.of(felt))
+                rows.append(np.zeros(shape) if felt is None else run.projection.of_design(Mixed.of(felt)))
             self._cached[key] = tuple(rows)
         return self._cached[key]
 

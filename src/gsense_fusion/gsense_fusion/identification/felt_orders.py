@@ -13,6 +13,7 @@ import numpy as np
 from scipy.signal.windows import tukey
 
 from gsense_fusion.identification.campaign import RunData
+from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 USED_ORDERS = (1, 2, 3)
@@ -58,6 +59,10 @@ class OrderProjection:
         cut = series[self.start : self.stop]
         flat = self.matrix @ cut.reshape(len(cut), -1)
         return np.asarray(flat.reshape(len(self.matrix), *series.shape[1:]))
+
+    def of_design(self, design: Mixed) -> FloatArray:
+        """Amplitudes of a design's columns, shape (2 k, 3, p)."""
+        return np.asarray(np.tensordot(self.of(design.series.T), design.spread, axes=1))
 
     def derivative(self, rows: FloatArray) -> FloatArray:
         """Amplitudes of the derivative by time of what has the amplitudes `rows` (2 k, ...)."""

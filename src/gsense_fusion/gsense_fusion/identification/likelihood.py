@@ -94,6 +94,24 @@ def _squares(fit: Fit) -> FloatArray:
     return np.asarray(fit.beta**2 + np.maximum(np.diag(fit.covariance), 0.0))
 
 
+@dataclass(frozen=True, eq=False)
+class _Posed:
+    """The linear problem of a model at given drift, in its own columns alone (k of them)."""
+
+    names: frozenset[str]
+    templates: Templates
+    drift: Mapping[int, Drift]
+    index: IntArray
+    """Where its columns stand among all, shape (k,)."""
+    fast: Mapping[int, Gram]
+    """Moving windows, by mounting."""
+    felt: tuple[Gram, ...]
+    """The accelerometer's part, by mounting."""
+    blocks: FloatArray
+    """Design of the block means, shape (b, 3, k)."""
+    slow: Gram
+
+
 class Likelihood:
     """Evaluates models on the fit runs of a campaign."""
 
@@ -153,22 +171,17 @@ class Likelihood:
         """Normal equations of the block means, for the columns of `names` (all where None; the others zero)."""
         names = frozenset(self.columns.start) if names is None else names
         index = self.columns.index(names)
-        X = self._block_part(names, templates)
-        total = Gram.zero(len(index))
-        for axis, slow in self.slow.items():
-            total = total + slow.gram(X[:, axis, :], self.blocks.rate[:, axis], drift[axis])
+        total = self._slow_part(self._block_part(names, templates), drift)
         xx, xy = np.zeros((self.columns.total, self.columns.total)), np.zeros(self.columns.total)
         xx[np.ix_(index, index)], xy[index] = total.xx, total.xy
         return Gram(xx, xy, total.yy, total.rows)
 
-    def mounting_grams(self, templates: Templates, names: frozenset[str] | None = None) -> dict[int, Gram]:
-        """Normal equations of the moving windows by mounting."""
-        out: dict[int, Gram] = {}
-        for data, gram in zip(self.campaign.fit, self.fast.grams(templates, names), strict=True):
-            key = -1 if data.mounting_number is None else data.mounting_number
-            if gram.rows:
-                out[key] = out[key] + gram if key in out else gram
-        return out
+    def _slow_part(self, X: FloatArray, drift: Mapping[int, Drift]) -> Gram:
+        """Normal equations of the block means for columns (b, 3, k)."""
+        total = Gram.zero(X.shape[2])
+        for axis, slow in self.slow.items():
+            total = total + slow.gram(X[:, axis, :], self.blocks.rate[:, axis], drift[axis])
+        return total
 
     def evaluate(self, names: frozenset[str], templates: Templates, start: Fit | None = None, *, kept: int = 0) -> Fit:
         """Fit a model.
@@ -182,12 +195,12 @@ class Likelihood:
 
         """
         if start is not None:
-            return self._solve(names, templates, _squares(start), start.drift, kept)
-        drift = self._drift_of(names, templates)
-        turns = any(len(np.intersect1d(g, self.columns.index(names))) for g in self._rotations)
-        fit = self._solve(names, templates, (FIRST_SIZE * self.columns.plausible) ** 2, drift, kept)
+            return self._solve(self._posed(names, templates, start.drift), _squares(start), kept)
+        posed = self._posed(names, templates, self._drift_of(names, templates))
+        turns = any(len(np.intersect1d(g, posed.index)) for g in self._rotations)
+        fit = self._solve(posed, (FIRST_SIZE * self.columns.plausible) ** 2, kept)
         for _ in range(ALIGNMENT_ROUNDS if turns else 0):
-            fit = self._solve(names, templates, _squares(fit), drift, kept)
+            fit = self._solve(posed, _squares(fit), kept)
         return fit
 
     def _drift_of(self, names: frozenset[str], templates: Templates) -> dict[int, Drift]:
@@ -197,35 +210,45 @@ class Likelihood:
         if key not in self._drifts:
             drift = self.rest_drift
             for _ in range(DRIFT_ROUNDS):
-                fit = self._solve(names, templates, np.zeros(self.columns.total), drift)
+                fit = self._solve(self._posed(names, templates, drift), np.zeros(self.columns.total))
                 part = fit.beta[self.columns.index(names)]
                 drift = self._estimate_drift(names, templates, self._block_part(names, templates) @ part)
             self._drifts[key] = drift
         return dict(self._drifts[key])
 
-    def _solve(
-        self, names: frozenset[str], templates: Templates, square: FloatArray, drift: Mapping[int, Drift], kept: int = 0
-    ) -> Fit:
-        """Least squares at given drift; the tolerance of alignment is that of coefficients with these squares (P,)."""
-        grams = self.mounting_grams(templates, names)
+    def _posed(self, names: frozenset[str], templates: Templates, drift: Mapping[int, Drift]) -> _Posed:
         index = self.columns.index(names)
-        tolerance = Tolerance.of(square, self._rotations, index)
-        marginals = {m: marginalise(g, tolerance) for m, g in grams.items()}
-        turned = self.felt.marginals(names, templates, tolerance)
-        felt = sum((m.gram for m in turned), Gram.zero(self.columns.total))
+        fast = {m: g.part(index) for m, g in self.fast.mounting_grams(templates, names).items()}
+        felt = tuple(g.part(index) for g in self.felt.grams(names, templates).values())
+        X = self._block_part(names, templates)
+        return _Posed(names, templates, drift, index, fast, felt, X, self._slow_part(X, drift))
+
+    def _solve(self, posed: _Posed, square: FloatArray, kept: int = 0) -> Fit:
+        """Least squares; the tolerance of alignment is that of coefficients with these squares (P,)."""
+        index, drift = posed.index, posed.drift
+        tolerance = Tolerance.of(square, self._rotations, index).among(index)
+        marginals = {m: marginalise(g, tolerance) for m, g in posed.fast.items()}
+        turned = [marginalise(g, tolerance) for g in posed.felt]
+        felt = sum((m.gram for m in turned), Gram.zero(len(index)))
         fast = sum((m.gram for m in marginals.values()), felt)
-        slow = self.slow_gram(templates, drift, names)
-        part, covariance, rank = solve(fast + slow, index, self.columns.plausible, felt if turned else None, kept)
-        beta = np.zeros(self.columns.total)
-        beta[index] = part
-        full = np.zeros((len(beta), len(beta)))
-        full[np.ix_(index, index)] = covariance
-        best = self._fast_loglik(fast, beta) + self._slow_loglik(self._block_part(names, templates) @ part, drift)
+        plausible = self.columns.plausible[index]
+        everything = np.arange(len(index))
+        part, covariance, rank = solve(fast + posed.slow, everything, plausible, felt if turned else None, kept)
+        best = self._fast_loglik(fast, part) + self._slow_loglik(posed.blocks @ part, drift)
         # in a single mounting its difference cannot be told from the coefficients themselves
         spread = sum(m.logdet for m in marginals.values()) * (len(marginals) > 1) + sum(m.logdet for m in turned)
         loglik = best - 0.5 * spread
-        delta = differences(grams, marginals, tolerance, beta)
-        return Fit(names, templates, loglik, beta, full, rank, drift, delta, best)
+        delta = {m: self._all(d, index) for m, d in differences(posed.fast, marginals, tolerance, part).items()}
+        full = np.zeros((self.columns.total, self.columns.total))
+        full[np.ix_(index, index)] = covariance
+        beta = self._all(part, index)
+        return Fit(posed.names, posed.templates, loglik, beta, full, rank, drift, delta, best)
+
+    def _all(self, part: FloatArray, index: IntArray) -> FloatArray:
+        """Coefficients (k,) among all columns, zero elsewhere, shape (P,)."""
+        out = np.zeros(self.columns.total)
+        out[index] = part
+        return out
 
     def _estimate_drift(self, names: frozenset[str], templates: Templates, predicted: FloatArray) -> dict[int, Drift]:
         everything = np.ones(len(self.blocks), dtype=bool)

@@ -10,7 +10,7 @@ import numpy as np
 from gsense_fusion.attitude import Madgwick, MadgwickParameters, attitude_at_rest
 from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.predict import Prediction, Predictor, session_biases
+from gsense_fusion.identification.predict import Prediction, Predictor
 from gsense_fusion.identification.slow import Blocks, Drift, SlowNoise
 from gsense_fusion.identification.types import FloatArray, Owner
 
@@ -50,9 +50,8 @@ def low_pass(series: FloatArray, rate_hz: float, cutoff_hz: float) -> FloatArray
 
 def residual_runs(fold: Held, model: Prediction) -> dict[RunData, FloatArray]:
     """Measured minus predicted minus the session's bias of each held-out run, shape (n, 3)."""
-    remains = {r: fold.predictor.without(r, model) for r in fold.everything}
-    bias = session_biases(fold.everything, remains)
-    return {r: remains[r] - bias[r.run.session] for r in fold.held}
+    bias = fold.predictor.biases(fold.everything, model)
+    return {r: fold.predictor.without(r, model) - bias[r.run.session] for r in fold.held}
 
 
 def band_rms(folds: Sequence[Held], model: str, cutoff_hz: float) -> float:

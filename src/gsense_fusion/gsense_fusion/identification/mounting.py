@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Mounting:
     gravity: float = GRAVITY
     """Mean norm of the specific force at rest, m/s^2."""
 
-    @property
+    @cached_property
     def sensor_from_rail(self) -> FloatArray | None:
         """Rotation from rail axes (x along the rail, z up) to the sensor's axes, shape (3, 3)."""
         if self.along is None:

@@ -6,10 +6,12 @@ What is there at rest is noise, not a missing effect: tones at rest are notched 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 
 import numpy as np
+from scipy.fft import irfft, rfft, rfftfreq
 from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.special import digamma, polygamma
@@ -116,8 +118,12 @@ class Response:
 
     def passed(self, series: FloatArray, rate_hz: float) -> FloatArray:
         """What the filter leaves of a series (n,), its delay excepted."""
-        spectrum = np.fft.rfft(series) * self.at(np.fft.rfftfreq(len(series), 1 / rate_hz))
-        return np.asarray(np.fft.irfft(spectrum, len(series)))
+        return np.asarray(irfft(rfft(series) * self._gains(len(series), rate_hz), len(series)))
+
+    @cached_property
+    def _gains(self) -> Callable[[int, float], FloatArray]:
+        """Gain at the frequencies of a series of n samples at a rate; the runs of a campaign ask for the same ones."""
+        return lru_cache(maxsize=64)(lambda n, rate_hz: self.at(rfftfreq(n, 1 / rate_hz)))
 
 
 @dataclass(frozen=True)

@@ -43,6 +43,15 @@ class Predictor:
         self._effects = effects
         self._source = source
         self._columns = Columns.of(effects)
+        self._biases: dict[tuple[int, int], tuple[object, dict[int, FloatArray]]] = {}
+
+    def biases(self, runs: tuple[RunData, ...], model: Prediction) -> dict[int, FloatArray]:
+        """Bias by session of a model that is asked for more than once, rad/s, shape (3,)."""
+        key = (id(runs), id(model))
+        if key not in self._biases:
+            found = session_biases(runs, {r: self.without(r, model) for r in runs})
+            self._biases[key] = ((runs, model), found)  # kept, so that the numbers stay theirs
+        return self._biases[key][1]
 
     def rate(self, data: RunData, model: Prediction, owners: frozenset[Owner] | None = None) -> FloatArray:
         """Predicted angular rate without bias, rad/s, shape (n, 3); only effects of these owners where given."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -19,6 +20,8 @@ HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
 LOWEST_COHERENT_HZ = 5.0
 MIN_COHERENT_BINS = 40
 MODEL_ABOVE_HZ = 20.0
+ORDER_BINS = 2.5
+"""Bins to either side that an order may reach."""
 LEVEL_BINS = 60
 """Bins that say how high the noise is beside a line."""
 
@@ -38,7 +41,7 @@ class WindowResidual:
         """Hz, shape (m,)."""
         return self.bins.frequency
 
-    @property
+    @cached_property
     def power(self) -> FloatArray:
         """Squared modulus over its expectation, shape (m, 3): exponential with mean one."""
         return np.asarray(np.sum(self.spectrum**2, axis=0) / 2.0)
@@ -55,13 +58,17 @@ class WindowResidual:
             return None
         return self.data.motion.angular_frequency
 
-    def away_from_orders(self, bins: float = 2.5) -> BoolArray:
+    def away_from_orders(self) -> BoolArray:
         """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond), shape (m,)."""
+        return self._away
+
+    @cached_property
+    def _away(self) -> BoolArray:
         w = self.angular_frequency
         if w is None:
             return np.ones(len(self.frequency), dtype=bool)
         order = self.frequency * 2 * np.pi / w
-        width = bins * self.resolution_hz * 2 * np.pi / w
+        width = ORDER_BINS * self.resolution_hz * 2 * np.pi / w
         from_half = np.abs(order - np.maximum(np.rint(2 * order), 1.0) / 2)
         keep = (from_half > width) | (order > HALF_ORDERS[-1] + width)
         if width < 0.25:  # a slow drive's orders lie so close that leaving them out would leave nothing

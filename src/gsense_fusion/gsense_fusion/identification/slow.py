@@ -13,7 +13,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.linalg import cho_factor
-from scipy.linalg.lapack import dpotrs
+from scipy.linalg.lapack import dpotri, dpotrs
 from scipy.optimize import minimize
 
 from gsense_fusion.identification.noise import NoiseModel
@@ -162,18 +162,6 @@ class SlowNoise:
         found = minimize(cost, first, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": 12})
         return Drift(float(np.exp(found.x[0])), float(np.exp(found.x[1])))
 
-    @staticmethod
-    def _absorbed(
-        projector: FloatArray, logdet: float, residual: FloatArray, columns: FloatArray
-    ) -> tuple[float, FloatArray]:
-        """Minus the log-likelihood with the columns' parameters integrated out, and the projector that does it."""
-        if columns.shape[1]:
-            px = projector @ columns
-            inner = np.eye(columns.shape[1]) + columns.T @ px
-            projector = projector - px @ np.linalg.solve(inner, px.T)
-            logdet += float(np.linalg.slogdet(inner)[1])
-        return 0.5 * (float(residual @ projector @ residual) + logdet), projector
-
     @cached_property
     def grid(self) -> list[GridPoint]:
         """Projectors of all combinations of strengths; they depend on the blocks alone, so every model reuses them."""
@@ -197,10 +185,6 @@ class SlowNoise:
             factor = cho_factor(self.white + drift.flicker * self.flicker + drift.walk * kernel, lower=True)
         return GridPoint(drift, *self._without_biases(factor))
 
-    def _projector(self, drift: Drift) -> tuple[FloatArray, float]:
-        """P = K^-1 - K^-1 H (H' K^-1 H)^-1 H' K^-1 and ln|K| + ln|H' K^-1 H|."""
-        return self._without_biases(self.factor(drift))
-
     def _without_biases(self, factor: tuple[FloatArray, bool]) -> tuple[FloatArray, float]:
         inverse = _solved(factor, np.eye(len(self.white)))
         ih = inverse @ self.sessions
@@ -209,17 +193,25 @@ class SlowNoise:
         return inverse - ih @ np.linalg.solve(hh, ih.T), logdet
 
     def _negative(self, residual: FloatArray, columns: FloatArray, strengths: FloatArray) -> tuple[float, FloatArray]:
-        """Minus the marginal log-likelihood and its gradient by the logarithms of the strengths."""
-        projector, logdet = self._projector(Drift(float(strengths[0]), float(strengths[1])))
-        value, projector = self._absorbed(projector, logdet, residual, columns)
+        """Minus the marginal log-likelihood and its gradient by the logarithms of the strengths.
+
+        The sessions' biases have no prior, the columns' parameters one of unit variance; both are integrated out.
+        """
+        factor = self.factor(Drift(float(strengths[0]), float(strengths[1])))
+        inverse = dpotri(factor[0], lower=True)[0]
+        inverse = np.tril(inverse) + np.tril(inverse, -1).T
+        free = np.concatenate([self.sessions, columns], axis=1)
+        image = inverse @ free
+        inner = free.T @ image
+        prior = np.arange(self.sessions.shape[1], len(inner))
+        inner[prior, prior] += 1.0
+        taken = np.linalg.inv(inner)
+        logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(inner)[1])
+        projector = inverse - image @ taken @ image.T
         pr = projector @ residual
-        gradient = np.array(
-            [
-                0.5 * s * (float(np.sum(projector * kernel)) - float(pr @ kernel @ pr))
-                for s, kernel in zip(strengths, (self.flicker, self.walk), strict=True)
-            ]
-        )
-        return value, gradient
+        kernels = zip(strengths, (self.flicker, self.walk), strict=True)
+        gradient = [0.5 * s * float(np.vdot(projector, kernel) - pr @ kernel @ pr) for s, kernel in kernels]
+        return 0.5 * (float(residual @ pr) + logdet), np.array(gradient)
 
     def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:
         """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""

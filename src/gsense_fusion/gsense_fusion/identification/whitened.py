@@ -39,6 +39,10 @@ class Gram:
     def __add__(self, other: Gram) -> Gram:
         return Gram(self.xx + other.xx, self.xy + other.xy, self.yy + other.yy, self.rows + other.rows)
 
+    def part(self, index: IntArray) -> Gram:
+        """Of some columns."""
+        return Gram(self.xx[index[:, None], index], self.xy[index], self.yy, self.rows)
+
     @staticmethod
     def zero(p: int) -> Gram:
         """No data yet."""
@@ -126,13 +130,14 @@ class WhitenedCampaign:
         self._rows: dict[tuple[str, Templates], _Rows] = {}
         self._means: dict[tuple[str, Templates], FloatArray] = {}
         self._cross: dict[tuple[str, Templates], FloatArray] = {}
-        self._grams: dict[frozenset[tuple[str, Templates]], tuple[Gram, ...]] = {}
+        self._grams: dict[frozenset[tuple[str, Templates]], _Grams] = {}
         measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
         # terms that have to be bought are made when the search asks for them
         default = [self._none(e, measured) if e.bought else self.rows(e, Templates()) for e in effects]
         self._stack = [np.concatenate([*(d.rows[i] for d in default), y], axis=2) for i, y in enumerate(measured)]
         self._spread = _spread_beside([d.spread for d in default], len(campaign.fit), [*noise])
-        self._base = self._default_grams(measured)
+        self._base = self._summed(self._default_grams(measured))
+        self._sums = np.array([g.xx for g in self._base.runs]), np.array([g.xy for g in self._base.runs])
 
     def rows(self, effect: Effect, templates: Templates) -> _Rows:
         """Whitened series of one effect on each fit run."""
@@ -165,6 +170,13 @@ class WhitenedCampaign:
 
     def grams(self, templates: Templates, names: frozenset[str] | None = None) -> tuple[Gram, ...]:
         """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
+        return self._found(templates, names).runs
+
+    def mounting_grams(self, templates: Templates, names: frozenset[str] | None = None) -> Mapping[int, Gram]:
+        """The same in sum by mounting (-1 where it is unknown), for those in which a run moves."""
+        return self._found(templates, names).mountings
+
+    def _found(self, templates: Templates, names: frozenset[str] | None) -> _Grams:
         wanted = [e for e in self.effects if names is None or e.name in names]
         own = {e.name: templates.only(fields_of(e)) for e in wanted}
         changed = [e for e in wanted if own[e.name].values or (names is not None and (e.wide_band or e.bought))]
@@ -175,8 +187,16 @@ class WhitenedCampaign:
             if len(self._grams) > KEPT_GRAMS:
                 self._grams.clear()
             wide = [e for e in changed if e.wide_band]
-            self._grams[key] = self._widened(self._replaced(changed, own), wide, templates)
+            self._grams[key] = self._summed(self._widened(self._replaced(changed, own), wide, templates))
         return self._grams[key]
+
+    def _summed(self, runs: tuple[Gram, ...]) -> _Grams:
+        out: dict[int, Gram] = {}
+        for data, gram in zip(self.campaign.fit, runs, strict=True):
+            key = -1 if data.mounting_number is None else data.mounting_number
+            if gram.rows:
+                out[key] = out[key] + gram if key in out else gram
+        return _Grams(runs, out)
 
     def _widened(self, grams: tuple[Gram, ...], wide: Sequence[Effect], templates: Templates) -> tuple[Gram, ...]:
         """With the rows above the common band, which only some effects have."""
@@ -204,23 +224,16 @@ class WhitenedCampaign:
         """The default Grams with the columns of some effects at other template values."""
         P = self.columns.total
         index = {e.name: self.columns.index(frozenset({e.name})) for e in changed}
-        between = {(e.name, f.name): self._product(e, f, own) for e, f in combinations_with_replacement(changed, 2)}
-        out = []
-        for number, base in enumerate(self._base):
-            if not base.rows:
-                out.append(base)
-                continue
-            xx, xy = base.xx.copy(), base.xy.copy()
-            for e in changed:
-                cross = self._crossed(e, own[e.name])[number]
-                i = index[e.name]
-                xx[i, :], xx[:, i] = cross[:, :P], cross[:, :P].T
-                xy[i] = cross[:, P]
-            for (e_name, f_name), product in between.items():
-                i, j = index[e_name], index[f_name]
-                xx[np.ix_(i, j)], xx[np.ix_(j, i)] = product[number], product[number].T
-            out.append(Gram(xx, xy, base.yy, base.rows))
-        return tuple(out)
+        xx, xy = self._sums[0].copy(), self._sums[1].copy()
+        for e in changed:
+            cross, i = self._crossed(e, own[e.name]), index[e.name]
+            xx[:, i, :], xx[:, :, i] = cross[:, :, :P], cross[:, :, :P].transpose(0, 2, 1)
+            xy[:, i] = cross[:, :, P]
+        for e, f in combinations_with_replacement(changed, 2):
+            product, i, j = self._product(e, f, own), index[e.name], index[f.name]
+            xx[:, i[:, None], j], xx[:, j[:, None], i] = product, product.transpose(0, 2, 1)
+        each = zip(xx, xy, self._base.runs, strict=True)
+        return tuple(Gram(a, b, base.yy, base.rows) if base.rows else base for a, b, base in each)
 
     def _product(self, e: Effect, f: Effect, own: Mapping[str, Templates]) -> FloatArray:
         """Products of two effects' columns by run, shape (runs, p, q)."""
@@ -253,6 +266,14 @@ class WhitenedCampaign:
 
 
 @dataclass(frozen=True, eq=False)
+class _Grams:
+    """Products of all columns at some template values."""
+
+    runs: tuple[Gram, ...]
+    mountings: Mapping[int, Gram]
+
+
+@dataclass(frozen=True, eq=False)
 class _Rows:
     """One effect on the fit runs."""
 
@@ -264,7 +285,8 @@ class _Rows:
 
 def _means(design: Mixed, blocks: Sequence[Window]) -> FloatArray:
     """Block means of an effect's columns on a run, shape (b, 3, p)."""
-    return np.asarray(np.tensordot(means(design.series, blocks), design.spread, axes=1))
+    k, _, p = design.spread.shape
+    return np.asarray((means(design.series, blocks) @ design.spread.reshape(k, 3 * p)).reshape(len(blocks), 3, p))
 
 
 def _spread_beside(parts: Sequence[FloatArray], runs: int, axes: Sequence[int]) -> FloatArray:

@@ -10,11 +10,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from gsense_fusion.identification.effects.design import Design, Mixed
+from gsense_fusion.identification.effects.design import Design, Mixed, RailForce
 from gsense_fusion.identification.harmonics import Kinematics
 from gsense_fusion.identification.mounting import Mounting
 from gsense_fusion.identification.noise import Response
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner, Parameter
+
+UNIFORM = 1e-6
+"""Relative difference of two steps under which a grid is equidistant: a single sample lost among a million shows."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +68,16 @@ class Drivers:
     """What the gyro's filter leaves of a signal, by frequency; None where nothing is known of it."""
     templates: Templates = Templates()
     """Values of the searched parameters."""
+    rail_force: RailForce | None = None
+    """`specific_force` in two series; None where it is no more than its vectors."""
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def step_s(self) -> float:
+        """From one sample to the next."""
+        return step_of(self.time)
 
 
 @dataclass(frozen=True)
@@ -152,7 +162,7 @@ class Effect(ABC):
         An array, or a few series with their spread over the axes; p and k must not depend on the run.
         """
 
-    def felt(self, drivers: Drivers) -> FloatArray | None:  # noqa: ARG002  (most effects turn nothing)
+    def felt(self, drivers: Drivers) -> Design | None:  # noqa: ARG002  (most effects turn nothing)
         """Derivative of the specific force by the parameters, shape (n, 3, p), m/s^2 per unit; None where zero."""
         return None
 
@@ -173,6 +183,14 @@ class Effect(ABC):
 def parts_of(effects: Iterable[Effect], name: str, model: frozenset[str]) -> list[Effect]:
     """An effect and its further terms; of those that have to be bought the ones that a model has."""
     return [e for e in effects if name in (e.name, e.part_of) and (not e.bought or e.name in model)]
+
+
+def step_of(time: FloatArray) -> float:
+    """From one sample to the next of times (n,) of which most are equidistant, s; not a number for fewer than two."""
+    if len(time) < 2:
+        return float("nan")
+    first, mean = float(time[1] - time[0]), float(time[-1] - time[0]) / (len(time) - 1)
+    return mean if abs(first - mean) < UNIFORM * mean else float(np.median(np.diff(time)))
 
 
 def along_sign(drivers: Drivers) -> float:

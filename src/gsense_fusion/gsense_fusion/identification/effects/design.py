@@ -56,4 +56,19 @@ class Mixed:
         return np.tensordot(self.series.T, self.spread, axes=1).astype(dtype or float, copy=False)
 
 
+@dataclass(frozen=True, eq=False)
+class RailForce:
+    """A specific force that is one vector and an acceleration along another: two series instead of three."""
+
+    series: FloatArray
+    """Ones, then the acceleration along the rail in m/s^2, shape (2, n)."""
+    spread: FloatArray
+    """Direction and size of each, shape (2, 3)."""
+
+    @property
+    def vectors(self) -> FloatArray:
+        """m/s^2, shape (n, 3)."""
+        return np.asarray(self.series.T @ self.spread)
+
+
 Design = FloatArray | Mixed

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft
+from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from gsense_fusion.identification.effects.base import (
     Drivers,
@@ -13,6 +13,7 @@ from gsense_fusion.identification.effects.base import (
     lacks_motion,
     per_axis,
     spec,
+    step_of,
 )
 from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner
@@ -129,6 +130,7 @@ def transfer(frequency_hz: FloatArray, f0: float, damping: float) -> ComplexArra
 
 def resonant(time: FloatArray, series: FloatArray, f0: float, damping: float) -> FloatArray:
     """A series (n,) that begins and ends at rest through f0^2 / (f0^2 - f^2 + 2 i damping f0 f), shape (n,)."""
-    n = next_fast_len(len(series) + int(4.0 / (damping * f0) / max(float(np.median(np.diff(time))), 1e-4)), real=True)
-    response = transfer(np.fft.rfftfreq(n, float(np.median(np.diff(time)))), f0, damping)
+    step = step_of(time)
+    n = next_fast_len(len(series) + int(4.0 / (damping * f0) / max(step, 1e-4)), real=True)
+    response = transfer(rfftfreq(n, step), f0, damping)
     return np.asarray(irfft(rfft(series, n) * response, n)[: len(series)])

@@ -35,5 +35,7 @@ class GSensitivity(Effect):
     def design(self, drivers: Drivers) -> Design:
         """Row i of G times the specific force, shape (n, 3, 9)."""
         force = drivers.specific_force
+        if drivers.rail_force is not None:
+            return Mixed(drivers.rail_force.series, np.tensordot(drivers.rail_force.spread, EACH_AXIS, axes=1))
         series = np.zeros((3, len(drivers))) if force is None else np.ascontiguousarray(force.T)
         return Mixed(series, EACH_AXIS)

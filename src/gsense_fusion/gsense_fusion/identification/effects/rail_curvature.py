@@ -79,7 +79,7 @@ class RailWave(TrueTurn):
         rate = np.asarray(self.power * kin.position ** (self.power - 1) * kin.velocity)
         if drivers.response is None:
             return rate
-        return drivers.response.passed(rate, 1.0 / float(np.median(np.diff(drivers.time))))
+        return drivers.response.passed(rate, 1.0 / drivers.step_s)
 
 
 def wave(power: int) -> RailWave:

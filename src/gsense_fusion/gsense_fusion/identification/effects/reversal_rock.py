@@ -37,7 +37,7 @@ class ReversalRock(TrueTurn):
         """Rate of the turn, averaged over each sample's interval, as the gyro's filter leaves it."""
         kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
         rate = rock_rate(drivers.time, kin.position, kin.velocity, width)
-        step = float(np.median(np.diff(drivers.time)))
+        step = drivers.step_s
         lag = drivers.templates.get("rock_lag_s")
         if lag:
             rate = lagged(rate, lag, step)

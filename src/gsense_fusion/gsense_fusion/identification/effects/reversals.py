@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gsense_fusion.identification.effects.base import step_of
 from gsense_fusion.identification.types import FloatArray
 
 SLOWEST = 2e-3
@@ -38,14 +39,14 @@ def rock_rate(time: FloatArray, position: FloatArray, velocity: FloatArray, widt
 
     Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
     """
-    step = float(np.median(np.diff(time)))
+    step = step_of(time)
     return np.asarray(np.diff(rock_angle(time, position, velocity, width)) / step * _moving(time, velocity))
 
 
 def rock_angle(time: FloatArray, position: FloatArray, velocity: FloatArray, width: float) -> FloatArray:
     """The turn itself at the edges of the samples' intervals, shape (n + 1,); constant without a reversal."""
     n = len(time)
-    step = float(np.median(np.diff(time)))
+    step = step_of(time)
     edges = np.arange(n + 1) - 0.5
     bulge = np.concatenate([[0.0], (velocity[:-1] - velocity[1:]) * step / 8, [0.0]])
     at = np.interp(edges, np.arange(n), position) + bulge
@@ -88,7 +89,7 @@ def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatA
 
 def _moving(time: FloatArray, velocity: FloatArray) -> FloatArray:
     """One while the carriage is under way (a reversal included), else zero, shape (n,)."""
-    rate = 1.0 / float(np.median(np.diff(time)))
+    rate = 1.0 / step_of(time)
     fast = np.flatnonzero(np.abs(velocity) > SLOWEST)
     out = np.zeros(len(velocity))
     if len(fast):

@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, about_rail_axes, lacks_direction
-from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.types import FloatArray, Owner
 
 
@@ -39,7 +39,7 @@ class TrueTurn(Effect):
         """The rate about the rail's axes, shape (n, 3, 3)."""
         return about_rail_axes(drivers, self.rate(drivers))
 
-    def felt(self, drivers: Drivers) -> FloatArray | None:
+    def felt(self, drivers: Drivers) -> Mixed | None:
         """Change of the specific force by turns about the rail's axes, shape (n, 3, 3).
 
         In the turned carriage gravity's reaction g is g - theta x g. Along a bent path the carriage's own x axis stays
@@ -49,11 +49,9 @@ class TrueTurn(Effect):
         mounting, kin = drivers.mounting, drivers.kinematics
         if mounting is None or mounting.along is None or mounting.sensor_from_rail is None:
             return None
-        angle = self.angle(drivers)
-        gravity = mounting.gravity * mounting.up
-        out = np.empty((len(angle), 3, 3))
-        for i, axis in enumerate(mounting.sensor_from_rail.T):
-            out[:, :, i] = -angle[:, None] * np.cross(axis, gravity)
-            if self.along_path:
-                out[:, :, i] += (self.rate(drivers) * kin.velocity)[:, None] * np.cross(axis, mounting.along)
-        return out
+        series = [self.angle(drivers)]
+        spread = [np.cross(mounting.gravity * mounting.up, mounting.sensor_from_rail, axisb=0).T]
+        if self.along_path:
+            series.append(self.rate(drivers) * kin.velocity)
+            spread.append(np.cross(mounting.sensor_from_rail, mounting.along, axisa=0).T)
+        return Mixed(np.stack(series), np.stack(spread))
