@@ -28,9 +28,11 @@ REAL_TIME = (
     "tests/tools/test_rig.py",
 )
 """Nodes, boards, loops and recorders: what another process computes beside them would hold them up."""
-LONG = ("tests/firmware/test_emulated_board.py", "tests/fusion/identification/", "tests/fusion/")
+LONG = ("tests/firmware/", "tests/fusion/identification/", "tests/fusion/")
 """These first, so that the processes end together."""
 _ALONE = "alone"
+_FIRMWARE = "tests/firmware/"
+"""They build in one folder, whose coverage they count."""
 
 
 def processes(config: pytest.Config) -> int:
@@ -48,14 +50,16 @@ def order(item: pytest.Item) -> tuple[bool, int]:
 
 
 class Turns(LoadScopeScheduling):
-    """A file's tests in one process, as they share what they made; those of REAL_TIME in the last one that is left."""
+    """A file's tests (and all of the firmware) in one process, as they share what they made; REAL_TIME in the last."""
 
     def __init__(self, config: pytest.Config, log: object) -> None:
         config.option.loadscopereorder = False  # by `order` instead
         super().__init__(config, log)
 
     def _split_scope(self, nodeid: str) -> str:
-        return _ALONE if nodeid.startswith(REAL_TIME) else nodeid.split("::", 1)[0]
+        if nodeid.startswith(REAL_TIME):
+            return _ALONE
+        return _FIRMWARE if nodeid.startswith(_FIRMWARE) else nodeid.split("::", 1)[0]
 
     def _assign_work_unit(self, node: WorkerController) -> None:
         if next(iter(self.workqueue)) != _ALONE or len(self.nodes) == 1:
