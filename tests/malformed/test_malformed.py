@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import random
+import signal
 import sys
 from pathlib import Path
 
 import pytest
+from tests.malformed import workers
 from tests.malformed.cases import MAKERS, Material, Verdict, answer, run_case
 
 from gsense_fusion.yaml_text import parse_yaml as parse_fusion
@@ -74,6 +77,19 @@ def test_the_judge_sees_exceptions_and_what_is_left_behind(tmp_path: Path) -> No
         answer(verdict, tmp_path / "out", call)
     assert verdicts[0].faults == ["raised KeyError: 'x'"]
     assert [line.split(":")[0] for line in verdicts[1].faults] == ["left behind", "temporary files"]
+
+
+def test_a_case_that_ends_its_process_is_found_and_ends_no_other(
+    material: Material, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def deadly(number: int, *_: object, **__: object) -> Verdict:
+        if number == 2:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return Verdict(number, "made up", ["close_loop"], 2)
+
+    monkeypatch.setattr(workers, "run_case", deadly)
+    verdicts = {v.number: v.faults for v in workers.run_cases(range(5), 1, material, tmp_path, 2)}
+    assert verdicts == {0: [], 1: [], 2: ["its process ended: SIGKILL"], 3: [], 4: []}
 
 
 def test_every_kind_of_case_can_be_drawn(material: Material, tmp_path: Path) -> None:
