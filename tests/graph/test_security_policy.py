@@ -14,7 +14,7 @@ import pytest
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(300)]
 
 POLICY = Path(__file__).parents[2] / "src/gsense_rig/sros2/policy.xml"
-NODES = ("rig", "bridge", "fusion", "watch", "record", "campaign")
+NODES = ("rig", "bridge", "fusion", "watch", "record", "campaign", "dashboard", "monitor")
 KINDS = (
     ("topics", "publish"),
     ("topics", "subscribe"),
@@ -25,6 +25,8 @@ KINDS = (
 )
 COMMON = {"/rosout", "/parameter_events"}
 """Of every node, as its first breath and its last."""
+PAGES = {"/mpu6050/madgwick/imu/data", "/mpu6050/madgwick_gcomp/imu/data"}
+"""What the dashboard hears while a page shows it; here nobody looks."""
 Names = dict[tuple[str, str], set[str]]
 
 
@@ -37,6 +39,9 @@ def written() -> dict[str, Names]:
             for right in ("publish", "subscribe", "reply", "request", "execute", "call"):
                 if group.get(right) == "ALLOW":
                     names[group.tag, right] |= {str(item.text) for item in group} - COMMON
+        if profile.get("node") == "dashboard":
+            assert names["topics", "subscribe"] >= PAGES
+            names["topics", "subscribe"] -= PAGES
         found[str(profile.get("node"))] = names
     return found
 
@@ -84,6 +89,8 @@ def live(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Iterator[dict
         for name in ("fusion", "watch"):
             graph.start(name, "gsense_fusion", name, *parameters(compensation_file=file))
         graph.start("record", "gsense_rig", "record", *parameters(out=folder / "bag", topics="['link', 'rig/pose']"))
+        graph.start("dashboard", "gsense_rig", "dashboard", *parameters(port=0, folder=folder))
+        graph.start("monitor", "gsense_driver", "monitor")
         plan = folder / "plan.yaml"
         plan.write_text("runs:\n  - {shape: static, duration: 60, role: fit}\n")
         graph.start("campaign", "gsense_rig", "campaign", str(plan), "--out", str(folder / "campaign"))
