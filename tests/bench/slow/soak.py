@@ -128,7 +128,11 @@ def simulated(hours: float, seed: int) -> bool:
         f"readings, {outlet.links} reports; two stamps at most {outlet.worst_s * 1e3:.1f} ms apart but for the step; "
         f"memory {grown:+.2f} MB an hour after the first"
     )
-    return counts.lost == counts.corrupt == counts.restarts == 0 and counts.received >= sent - 2 * 300 and grown < GROWTH_MB
+    return (
+        counts.lost == counts.corrupt == counts.restarts == 0
+        and counts.received >= sent - 2 * 300
+        and grown < GROWTH_MB
+    )
 
 
 def _growth(values: list[float]) -> float:

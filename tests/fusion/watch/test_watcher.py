@@ -66,6 +66,32 @@ def test_what_was_measured_before_the_bias_was_known_is_forgotten(begins: bool) 
     assert alarms == ([("bias_jump",)] if begins else [])
 
 
+@pytest.mark.parametrize("set_by", [3600.0, -3600.0, -40.0])
+@pytest.mark.parametrize("follows", [0.6, -0.6])
+def test_a_clock_that_is_set_raises_no_alarm_and_blinds_for_half_a_minute_at_most(
+    set_by: float, follows: float
+) -> None:
+    """The rig's stamps follow the clock `follows` seconds after the sensor's."""
+    watcher = Watcher()
+    rng = np.random.default_rng(1)
+    seen = []
+    for i in range(150 * 50):
+        t = i / 50.0
+        stamp = t + (set_by if t >= 60.0 else 0.0)
+        encoder = t + (set_by if t >= 60.0 + follows else 0.0)
+        watcher.add_position(encoder, 0.0)
+        jump = 2e-3 if t > 120.0 else 0.0
+        watcher.add_sample(stamp, 1e-4 * rng.standard_normal(3) + jump, np.array([0.0, 0.0, 9.81]))
+        if watcher.due():
+            report = watcher.test(watcher.window())
+            seen.append((t, report.state, [a.kind for a in report.fresh]))
+    assert {state for t, state, _ in seen if t < 60.0 or t > 70.0} - {"other"} == {"rest"}
+    assert all(state == "rest" for t, state, _ in seen if t > 70.0)
+    raised = [t for t, _, fresh in seen if fresh]
+    assert len(raised) == 1
+    assert 120.0 < raised[0] < 150.0  # what is really there is still said
+
+
 def test_a_true_rotation_that_the_file_knows_belongs_to_the_prediction() -> None:
     velocity = np.array([0.3, -0.2])
     motion = Kinematics(np.array([0.1, 0.0]), velocity, np.zeros(2), np.zeros(2))

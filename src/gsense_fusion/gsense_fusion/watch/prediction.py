@@ -33,7 +33,7 @@ class Prediction:
 
     def _look_for_rest(self, stamp_ns: int, rate: FloatArray, force: FloatArray) -> None:
         self._held.append((stamp_ns, rate, force))
-        if stamp_ns - self._held[0][0] < REST_S * 1e9:
+        if abs(stamp_ns - self._held[0][0]) < REST_S * 1e9:  # a clock that is set back would never come there
             return
         rates = np.array([r for _, r, _ in self._held])
         if is_rest(rates, np.array([f for _, _, f in self._held])):

@@ -22,6 +22,8 @@ from .spectrum import spectrum_of
 from .suspects import Suspect, rank, rivals
 from .window import Samples, Steady, steady_part
 
+PAUSE_S = 60.0
+"""A longer gap than this joins nothing."""
 FULL_LEVEL = 0.8
 """Part of a mean's samples that must be there."""
 _DEG = float(np.degrees(1.0))
@@ -101,6 +103,7 @@ class Watcher:
         self._begun = -np.inf
         self._moved = False
         self._changed = -np.inf
+        self._set_at: float | None = None
         self._quiet: FloatArray | None = None
         self._known_lines: list[float] = []
         self._counts: dict[str, _Count] = {}
@@ -110,10 +113,9 @@ class Watcher:
     def add_sample(self, time: float, residual: FloatArray, specific_force: FloatArray) -> None:
         """Take one sample of the IMU: s, rad/s (3,), m/s^2 (3,) with NaN where not reported."""
         newest = self._samples.newest
-        if time <= newest - 1.0:  # the clock was set, a bag began anew
+        if _another_clock(time, newest):
             self._samples.clear()
-            self._encoder.clear()
-            self._next = -np.inf
+            self._next, self._set_at = -np.inf, time
         elif time <= newest:
             return
         self._samples.add(time, *residual, *specific_force)
@@ -125,6 +127,8 @@ class Watcher:
 
     def add_position(self, time: float, position: float) -> None:
         """Take one position of the carriage, m."""
+        if _another_clock(time, self._encoder.newest):  # rig and driver follow a clock that was set each in its time
+            self._encoder.clear()
         if time > self._encoder.newest:
             self._encoder.add(time, position)
 
@@ -146,7 +150,11 @@ class Watcher:
         return self._samples.newest >= self._next and len(self._samples) > 0
 
     def window(self) -> Samples:
-        """A copy of what the next test looks at."""
+        """A copy of what the next test looks at; not while a test works."""
+        if self._set_at is not None:  # no count, mean or change of before has a time in this clock
+            self._begun, self._set_at = self._set_at, None
+            self._level_until = self._changed = -np.inf
+            self._counts.clear()
         self._next = self._samples.newest + self.settings.hop_s
         imu, encoder = self._samples.recent(), self._encoder.recent()
         return Samples(imu[:, 0], imu[:, 1:4], imu[:, 4:7], encoder[:, 0], encoder[:, 1])
@@ -254,6 +262,11 @@ class Watcher:
         first = self._counts[kind].first if kind in self._counts else now
         since, raised = (first, now) if former is None else (former.since, former.raised)
         self._alarms[kind] = Alarm(since, raised, kind, suspects, text)
+
+
+def _another_clock(time: float, newest: float) -> bool:
+    """Whether the host's clock was set since the newest sample (s), or a bag began anew."""
+    return time <= newest - 1.0 or time > newest + PAUSE_S > -np.inf
 
 
 def _without_slow(steady: Steady) -> FloatArray:
