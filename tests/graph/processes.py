@@ -30,11 +30,13 @@ class Graph:
         self.folder = folder
         self.environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
         self.processes: dict[str, subprocess.Popen[str]] = {}
+        self.instead: dict[str, list[str]] = {}
+        """By label, what is started in the place of the installed executable."""
 
     def start(self, label: str, package: str, name: str, *arguments: str) -> subprocess.Popen[str]:
         with (self.folder / f"{label}.log").open("w") as log:
             process = subprocess.Popen(
-                [str(executable(package, name)), *arguments],
+                [*self.instead.get(label, [str(executable(package, name))]), *arguments],
                 env=self.environment,
                 stdout=subprocess.PIPE,
                 stderr=log,

@@ -30,6 +30,12 @@ def test_some_in_this_process(material: Material, tmp_path: Path) -> None:
     assert faults(material, tmp_path, range(20)) == []
 
 
+@pytest.mark.parametrize("number", [513])
+def test_what_was_once_answered_wrongly(material: Material, tmp_path: Path, number: int) -> None:
+    """Of `./rig bench malformed`: 513, a rest so short that no ordinate lies below the noise's shape."""
+    assert run_case(number, 1, material, tmp_path / "case").faults == []
+
+
 @pytest.mark.slow
 def test_more_in_this_process(material: Material, tmp_path: Path) -> None:
     assert faults(material, tmp_path, range(20, 80)) == []

@@ -114,6 +114,23 @@ def test_delay_uses_the_specific_force_of_then() -> None:
     np.testing.assert_allclose(taken[10:], np.arange(6.0, 96.0), atol=1e-9)
 
 
+@pytest.mark.parametrize("set_by_s", [3600, -3600, -2])
+def test_a_clock_that_is_set_leaves_the_temperature_as_it_was(set_by_s: int) -> None:
+    file = CompensationFile("s", terms=(TemperatureBias((1.0, 0.0, 0.0), 25.0, 3.0),))
+    plain, stepped = Compensator(file), Compensator(file)
+    zero, up = np.zeros(3), np.array([0.0, 0.0, 9.81])
+    differences = []
+    for i in range(6000):
+        stamp = 1_760_000_000_000_000_000 + 10_000_000 * i
+        for compensator in (plain, stepped):
+            compensator.set_temperature(25.0 + (0.005 * (i // 100) if i < 3000 else 0.15))
+        expected = plain.update(stamp, zero, up)
+        found = stepped.update(stamp + (set_by_s * 10**9 if i >= 4000 else 0), zero, up)
+        differences.append(abs(found[0] - expected[0]))
+    assert max(differences) < (0.05 if set_by_s < 0 else 1.0)  # K; ahead, an hour may have passed
+    assert max(differences[5500:]) < 0.02
+
+
 def test_temperature_lag_settles_with_its_time_constant() -> None:
     """After a minute at rest the die jumps by 1 K within a second: the lagged one follows with its 5 s."""
     file = CompensationFile("s", terms=(TemperatureBias((1.0, 0.0, 0.0), 20.0, 5.0),))

@@ -180,8 +180,9 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
     dt = (stamp - ring[2]) * 1e-9 if ring[3] else 0.0
     ring[2], ring[3] = stamp, 1
     known = isfinite(force[0]) and isfinite(force[1]) and isfinite(force[2])
-    if dt > STALE_S:
+    if dt > STALE_S or dt < 0.0:
         ring[1] = 0
+    dt = max(dt, 0.0)  # a clock that was set back: no time has passed that is known
     if known:
         ring[0] = (ring[0] + 1) % CAPACITY
         ring[1] = min(ring[1] + 1, CAPACITY)

@@ -209,6 +209,8 @@ def _shape(
     count = np.array([b - a for a, b in bands])
     centre = np.array([float(np.mean(f[a:b])) for a, b in bands])
     level = np.array([_level(ratio[a:b]) for a, b in bands])
+    if not np.isfinite(level).all():  # no ordinate below, or none at all: `noise_at_rest` says so
+        return np.array([PARAMETRIC_BELOW_HZ]), np.array([np.nan]), np.zeros((1, 1))
     value, covariance = _smooth(np.log2(centre / PARAMETRIC_BELOW_HZ), level, count, 1.0 / max(int((~high).sum()), 1))
     return np.append(PARAMETRIC_BELOW_HZ, centre), np.append(1.0, np.exp(value)), covariance
 
