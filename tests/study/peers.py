@@ -2,8 +2,8 @@
 
 Fixed models: the thesis's scalar k (its equation 7.4), a 3 x 3 matrix G, and G with polynomials of the acceleration,
 which the thesis proposes. Selection from a library of columns: ordinary least squares with nested F-tests, and
-sequentially thresholded least squares (STLSQ; Brunton, Proctor, Kutz, PNAS 113, 2016; written here after the paper, as
-PySINDy does it) with its threshold chosen by leaving runs out. Their library has a column for every smooth effect of
+sequentially thresholded least squares (STLSQ; Brunton, Proctor, Kutz, PNAS 113, 2016; the same as PySINDy's, which
+`stlsq.py` checks) with its threshold chosen by leaving runs out. Their library has a column for every smooth effect of
 motion, temperature and supply, so what they miss of those is the method's doing; alike columns count as the same.
 """
 
