@@ -103,48 +103,46 @@ def calibrate_gyro(
     result = assemble(a, lambda _text, _part: None)
     full = a.claims.full
     others = tuple(e for n in a.claims.names for e in parts_of(a.likelihood.effects, n, full.names))
-    source = DriverSource(a.campaign)
     effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
-    likelihood = Likelihood(a.campaign, source, effects, a.noise)
+    likelihood = Likelihood(a.campaign, DriverSource(a.campaign), effects, a.noise)
     claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
     fits = {name: _fit(likelihood, part | (claimed - _doubled(part)), full) for name, part in VARIANTS.items()}
-    plain = likelihood.evaluate(frozenset(), full.templates)
-    p_likelihood = a.selection.p_value(full, "g_sensitivity")
     p_permutation = permutation_p_value(likelihood, fits["none"], earth_known=site is not None)
     real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
     chosen = variant if real else "none"
+    plain = likelihood.evaluate(frozenset(), full.templates)
     folds = make_folds(a.campaign, effects, a.noise, fits | {"before": plain}, lambda _text: None)
     held = {name: _held_out(folds, name) for name in ("before", *VARIANTS)}
-    g = effect_parameters(a.likelihood, full, a.selection.effects["g_sensitivity"])
-    names = [f"g_{r}{c}" for r in "xyz" for c in "xyz"]
-    estimate = Estimate(
-        np.array([g[n].value for n in names]).reshape(3, 3), np.array([g[n].stderr for n in names]).reshape(3, 3)
-    )
-    still = not any(w.moving for r in a.campaign.fit for w in r.windows)
-    if still and site is None:
-        estimate = Estimate(estimate.value, np.sqrt(estimate.stderr**2 + np.eye(3) * EARTH_ON_DIAGONAL**2))
-    turning = frozenset({"earth_vertical"} if still and site is None else ())
+    earth_unknown = site is None and not any(w.moving for r in a.campaign.fit for w in r.windows)
+    turning = frozenset({"earth_vertical"} if earth_unknown else ())
     k_fit = _fit(likelihood, VARIANTS["k"] | claimed | turning, full)
     k = effect_parameters(likelihood, k_fit, EFFECTS[0])["k"]
-    chosen_fit = full if chosen == "matrix" else fits[chosen]
-    bias = session_bias(a.likelihood if chosen == "matrix" else likelihood, chosen_fit)
-    file = _file(compensation(result), likelihood, k_fit if chosen == "k" else fits[chosen], chosen, bias)
+    whole = chosen == "matrix"
+    bias = session_bias(a.likelihood if whole else likelihood, full if whole else fits[chosen])
     calibration = GyroCalibration(
         sensor=sensor,
-        g_sensitivity=estimate,
+        g_sensitivity=_matrix_estimate(a, earth_unknown),
         bias=bias,
         k=Estimate(np.array(k.value), np.array(k.stderr)),
         significant=real,
-        p_value=p_likelihood,
+        p_value=a.selection.p_value(full, "g_sensitivity"),
         permutation_p_value=p_permutation,
         held_out={**held, "after": held[chosen]},
         pose_floor=None
         if held["before"].pose is None
         else pose_floor(folds, a.noise, a.likelihood.drift_at_rest(full)),
-        file=file,
+        file=_file(compensation(result), likelihood, k_fit if chosen == "k" else fits[chosen], chosen, bias),
         notes=result.notes + result.undecided,
     )
     return calibration, a
+
+
+def _matrix_estimate(a: Analysis, earth_unknown: bool) -> Estimate:
+    """G of the full model; the earth's turn, where nothing tells it apart, is in the errors of the diagonal."""
+    g = effect_parameters(a.likelihood, a.claims.full, a.selection.effects["g_sensitivity"])
+    names = [f"g_{r}{c}" for r in "xyz" for c in "xyz"]
+    value, stderr = (np.array(x).reshape(3, 3) for x in ([g[n].value for n in names], [g[n].stderr for n in names]))
+    return Estimate(value, np.sqrt(stderr**2 + np.eye(3) * EARTH_ON_DIAGONAL**2) if earth_unknown else stderr)
 
 
 def _doubled(part: frozenset[str]) -> frozenset[str]:
