@@ -12,7 +12,7 @@ from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.residual import WindowResidual
-from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, Owner, Parameter
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray, Owner, Parameter
 
 LOWEST_HZ = 5.0
 BLOCK_S = 0.1
@@ -62,10 +62,11 @@ class SpeedNoise(StatisticalEffect):
         parameters = {
             "s": Parameter(float(np.sqrt(np.mean(s**2))), float(np.linalg.norm(spread) / 3), "rad/s at 1 m/s")
         }
-        level = 1.0 + float(slope.max()) * max(_mean_v2(likelihood, w) for w in moving)
+        bands = _band_slopes(likelihood, moving)
+        level = 1.0 + max(float(b.max()) for b in bands.values()) * max(_mean_v2(likelihood, w) for w in moving)
         z = float(slope.sum() / np.linalg.norm(error))
         axes = tuple(x for i, x in enumerate(AXES) if slope[i] > 3 * error[i])
-        return Explanation(parameters, axes, float(norm.sf(z)), tuple(_scaled(likelihood, windows, slope)), 0.0, level)
+        return Explanation(parameters, axes, float(norm.sf(z)), tuple(_scaled(likelihood, windows, bands)), 0.0, level)
 
 
 def _fast_part(residual: WindowResidual) -> FloatArray:
@@ -130,11 +131,44 @@ def _noise_rms(residual: WindowResidual, axis: int) -> float:
     return float(np.sqrt(np.sum(4.0 / residual.bins.weight[used, axis] ** 2)) / n)
 
 
-def _scaled(likelihood: Likelihood, windows: Sequence[WindowResidual], slope: FloatArray) -> list[WindowResidual]:
+def _octave(residual: WindowResidual) -> IntArray:
+    """Octave of each frequency under half the sample rate, those under 5 Hz counted to the lowest above, shape (m,)."""
+    top = 0.5 * residual.data.run.rate_hz
+    return np.asarray(np.floor(np.log2(top / np.maximum(residual.frequency, LOWEST_HZ))), dtype=int)
+
+
+def _band_slopes(likelihood: Likelihood, windows: Sequence[WindowResidual]) -> dict[int, FloatArray]:
+    """Slope of each octave's power on v^2, by maximum likelihood, (3,) each.
+
+    What the rails stir up need not have the spectrum of the sensor's own noise.
+    """
+    v2 = np.array([_mean_v2(likelihood, w) for w in windows])
+    out = {}
+    for band in sorted({int(b) for w in windows for b in np.unique(_octave(w))}):
+        used = [_used(w) & (_octave(w) == band) for w in windows]
+        count = np.array([u.sum() for u in used], dtype=float)[:, None]
+        power = np.array([0.5 * np.sum(w.spectrum[:, u] ** 2, axis=(0, 1)) for w, u in zip(windows, used, strict=True)])
+        out[band] = _growth(v2[:, None], power, count)
+    return out
+
+
+def _growth(driver: FloatArray, power: FloatArray, count: FloatArray) -> FloatArray:
+    """Slope r >= 0 of sums of `count` exponential powers of mean 1 + r driver, shape (3,); arrays (w, 1) or (w, 3)."""
+    slope = np.zeros(power.shape[1])
+    for _ in range(REWEIGHTED):
+        weight = driver / (1.0 + slope * driver) ** 2
+        size = np.maximum(np.sum(weight * driver * count, axis=0), 1e-30)
+        slope = np.maximum(np.sum(weight * (power - count), axis=0) / size, 0.0)
+    return slope
+
+
+def _scaled(
+    likelihood: Likelihood, windows: Sequence[WindowResidual], bands: dict[int, FloatArray]
+) -> list[WindowResidual]:
     out = []
     for w in windows:
-        v2 = _mean_v2(likelihood, w)
-        out.append(replace(w, spectrum=w.spectrum / np.sqrt(1.0 + np.maximum(slope, 0.0) * v2)))
+        slope = np.array([bands.get(int(b), np.zeros(3)) for b in _octave(w)])
+        out.append(replace(w, spectrum=w.spectrum / np.sqrt(1.0 + slope * _mean_v2(likelihood, w))))
     return out
 
 
