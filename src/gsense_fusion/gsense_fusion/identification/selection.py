@@ -212,12 +212,15 @@ class Selection:
 
     def _refine(self, fit: Fit) -> Fit:
         specs = self._specs(fit.names)
+        in_vain: dict[str, Fit] = {}
         for _ in range(1 if len(specs) < 2 else 2):
-            for spec in specs:
+            for spec in (s for s in specs if in_vain.get(s.field) is not fit):
                 refined = self._refine_one(fit, spec)
                 threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
                 if 2 * (refined.loglik - fit.loglik) > threshold:
                     fit = refined
+                else:
+                    in_vain[spec.field] = fit
         for spec in (s for s in specs if s.gaps):
             fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
         return fit

@@ -142,9 +142,13 @@ class WhitenedCampaign:
     def rows(self, effect: Effect, templates: Templates) -> _Rows:
         """Whitened series of one effect on each fit run."""
         key = (effect.name, templates.only(fields_of(effect)))
-        if key not in self._rows:
-            if len(self._rows) > KEPT_ROWS:
-                self._rows = {k: v for k, v in self._rows.items() if not k[1].values}
+        if key in self._rows:
+            if key[1].values:  # the latest used stand last
+                self._rows[key] = self._rows.pop(key)
+        else:
+            oldest = next((k for k in self._rows if k[1].values), None)
+            if len(self._rows) > KEPT_ROWS and oldest is not None:
+                del self._rows[oldest]
             rows, blocks, spread = [], [], []
             for number, data in enumerate(self.campaign.fit):
                 design = Mixed.of(effect.design(self._source.of(data, key[1])))
@@ -183,9 +187,11 @@ class WhitenedCampaign:
         key = frozenset((e.name, own[e.name]) for e in changed)
         if not changed:
             return self._base
-        if key not in self._grams:
+        if key in self._grams:
+            self._grams[key] = self._grams.pop(key)
+        else:
             if len(self._grams) > KEPT_GRAMS:
-                self._grams.clear()
+                del self._grams[next(iter(self._grams))]
             wide = [e for e in changed if e.wide_band]
             self._grams[key] = self._summed(self._widened(self._replaced(changed, own), wide, templates))
         return self._grams[key]
