@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from tests.rig.emulated_card import LivePlace, emulated_rail, make_tree, page_of
-from tests.rig.test_guard import alive, children, wait_for
+from tests.rig.processes import alive, children, wait_for
 
 from gsense_rig.hardware.interface import HardwareError, MotorOutput
 from gsense_rig.hardware.mf624 import CardRailSpec, Wiring, find_card, load_wiring

@@ -4,7 +4,7 @@ import os
 import signal
 
 import pytest
-from tests.rig.test_guard import alive, children, wait_for
+from tests.rig.processes import alive, children, wait_for
 
 pytest.importorskip("rclpy", reason="needs ROS 2 (./rig test)")
 pytest.importorskip("gsense_msgs.msg", reason="needs the built workspace (./rig test)")

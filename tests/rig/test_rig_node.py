@@ -24,6 +24,7 @@ from rclpy.context import Context  # noqa: E402
 from rclpy.executors import SingleThreadedExecutor  # noqa: E402
 from sensor_msgs.msg import JointState  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from tests.rig.processes import wait_for  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = [pytest.mark.usefixtures("domain"), pytest.mark.timeout(600)]
@@ -31,13 +32,6 @@ pytestmark = [pytest.mark.usefixtures("domain"), pytest.mark.timeout(600)]
 
 def stamp(message):
     return message.header.stamp.sec + message.header.stamp.nanosec * 1e-9
-
-
-def wait_for(condition, timeout=60.0):
-    end = time.monotonic() + timeout
-    while not condition():
-        assert time.monotonic() < end, "timed out"
-        time.sleep(0.01)
 
 
 def start_node(tmp_path, *parameters):
