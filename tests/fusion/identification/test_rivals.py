@@ -36,3 +36,14 @@ def test_what_fits_as_well_with_more_parameters_is_a_rival() -> None:
     fits = {"belt_tilt": (100.0, 0.0), "g_resonance": (95.0, -29.0), "jerk_coupling": (80.0, -20.0)}
     selection, fit = _selection({**fits, "speed_pickup": (0.0, -100.0)})
     assert selection.alternatives(fit["belt_tilt"], "belt_tilt") == ["g_resonance"]
+
+
+def test_the_bend_of_a_rail_costs_what_a_refinement_does_and_a_swap_brings_it() -> None:
+    """A straight twist and a pick-up fit alike: only the bend, which comes with the rail, tells them apart."""
+    selection, fit = _selection({"speed_pickup": (0.0, 0.0)})
+    selection.effects = {e.name: e for e in REGRESSED if e.name in ("rail_curvature", "rail_bend", "speed_pickup")}
+    swapped = frozenset({"rail_curvature", "rail_bend"})
+    assert swapped in list(selection._neighbours(fit["speed_pickup"].names))
+    assert selection._bought_rank(SimpleNamespace(names=swapped, rank=6)) == 3  # type: ignore[arg-type]
+    alone = SimpleNamespace(names=frozenset({"rail_curvature"}), rank=6)
+    assert selection._bought_rank(alone) == 0  # type: ignore[arg-type]

@@ -117,7 +117,8 @@ class Selection:
             rest = names - self.with_dependants(names, n)
             sets.append(rest)
             if not self.effects[n].bought:
-                sets += [rest | {other} for other in free if not self.effects[other].bought]
+                others = [rest | {other} for other in free if not self.effects[other].bought]
+                sets += others + [self.with_parts(more) for more in others]
         return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
 
     def with_dependants(self, names: frozenset[str], name: str) -> frozenset[str]:
@@ -161,8 +162,9 @@ class Selection:
         return max(0, fit.rank - self.rough(fit.names - slow).fit.rank) if slow else 0
 
     def _bought_rank(self, fit: Fit) -> int:
-        """Directions of the further terms that have to be bought."""
-        count = sum(len(self.effects[n].parameters) for n in fit.names if self.effects[n].bought)
+        """Directions of the further terms that have to be bought, or refine a shape."""
+        cheap = (e for n in fit.names if (e := self.effects[n]).bought or e.refines)
+        count = sum(len(e.parameters) for e in cheap)
         return min(count, fit.rank)
 
     def _on_grids(self, names: frozenset[str]) -> Fit:

@@ -139,6 +139,8 @@ class Effect(ABC):
     """Effect of which this one is a further term: never claimed alone, reported with it."""
     bought: ClassVar[bool] = False
     """Of a further term: it is in a model only where the search took it, not wherever its effect is."""
+    refines: ClassVar[bool] = False
+    """Of a further term that need not be bought: it refines a shape and costs as little as one that has to be."""
     every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
     memoryless: ClassVar[bool] = False

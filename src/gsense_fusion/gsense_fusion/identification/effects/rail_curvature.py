@@ -42,6 +42,7 @@ class RailBend(TrueTurn):
     parameters = spec("u_x u_y u_z", "rad/m^2", 3e-2)
     needs = ("rail_curvature",)
     part_of = "rail_curvature"
+    refines = True
     separating_run = None
     along_path = True
 
