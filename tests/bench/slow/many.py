@@ -4,7 +4,9 @@
 
 The ideal split is the sum of the sessions' times over the number of processes, and never less than the longest one. The
 times are those of the same sessions one after the other in one process (`--alone` of them, spread over all sizes), with
-nothing else running: what the processes take from one another counts as a loss.
+nothing else running: what the processes take from one another counts as a loss. The CPU times tell the parts apart also
+on a machine that is busy: of a session alone and side by side, and of a call that keeps everything (start, checksums,
+summary).
 """
 
 from __future__ import annotations
@@ -64,16 +66,21 @@ def make(job: tuple[int, Path]) -> None:
     simulate_campaign(plan(LENGTHS[number % len(LENGTHS)]), folder, spec)
 
 
-def call(folder: Path, out: Path, sessions: list[int], jobs: int) -> tuple[float, list[float]]:
-    """Analyse some sessions with so many processes; wall time and the time of each, s."""
+def call(folder: Path, out: Path, sessions: list[int], jobs: int) -> tuple[float, list[float], float]:
+    """Analyse some sessions with so many processes; wall time, the time of each, CPU time of all, s."""
     manifest = out.with_suffix(".yaml")
     manifest.write_text(yaml.safe_dump({"entries": [{"campaign": str(folder / f"session_{n:03d}")} for n in sessions]}))
     command = [sys.executable, "-m", "gsense_fusion.close_loop", "--manifest", str(manifest), "--out", str(out)]
-    begun = time.perf_counter()
+    begun, used = time.perf_counter(), cpu_of_children()
     subprocess.run([*command, "--jobs", str(jobs)], check=True, stdout=subprocess.DEVNULL)
-    wall = time.perf_counter() - begun
+    wall, used = time.perf_counter() - begun, cpu_of_children() - used
     entries = json.loads((out / "summary.json").read_text())["entries"]
-    return wall, [entry["seconds"] for entry in entries]
+    return wall, [entry["seconds"] for entry in entries], used
+
+
+def cpu_of_children() -> float:
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
 
 
 def main() -> int:
@@ -91,9 +98,9 @@ def main() -> int:
             pool.map(make, [(n, folder / f"session_{n:03d}") for n in everything], chunksize=1)
         step = max(1, options.sessions // options.alone) | 1  # odd: all lengths come up
         some = everything[::step]
-        _, alone = call(folder, Path(name) / "alone", some, 1)
-        wall, together = call(folder, Path(name) / "together", everything, options.jobs)
-        again, _ = call(folder, Path(name) / "together", everything, options.jobs)
+        _, alone, cpu_alone = call(folder, Path(name) / "alone", some, 1)
+        wall, together, cpu = call(folder, Path(name) / "together", everything, options.jobs)
+        again, _, cpu_again = call(folder, Path(name) / "together", everything, options.jobs)
     expected = sum(together) * sum(alone) / sum(together[n] for n in some)
     ideal = max(expected / options.jobs, *together)
     ratio = wall / ideal
@@ -102,6 +109,8 @@ def main() -> int:
     print(f"ideal split of {expected:.1f} s: {ideal:.1f} s; wall time {ratio:.2f} times that (target {TARGET:g})")
     print(f"against the times that the sessions took side by side: {wall * options.jobs / sum(together):.2f}")
     print(f"the same command again, everything kept: {again:.1f} s")
+    each = [(used - cpu_again) / len(times) for used, times in ((cpu_alone, alone), (cpu, together))]
+    print(f"CPU time of a session: {each[0]:.2f} s alone, {each[1]:.2f} s side by side; beside all: {cpu_again:.1f} s")
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(f"largest process: {peak:.0f} MB")
     return 0 if ratio <= TARGET else 1
