@@ -3,8 +3,8 @@
 ./rig bench kills [--strikes 40] [--seed 1] [--only bridge rig]
 
 Each strike: SIGKILL, SIGTERM (then started again, as launch does) or SIGSTOP for 0.2 to 3 s, 0.2 to 2 s after the last
-one. Fails where a node does not come back, another one ends, the motor does not stop with the rig, a bag lacks what was
-heard, or a hole in a bag is not told by its notes.
+one. Fails where a node does not come back, another one ends, the motor does not stop with the rig, or where a hole in a
+bag is not told by its notes.
 """
 
 from __future__ import annotations
@@ -28,11 +28,8 @@ def tell(number: int, strike: Strike) -> None:
     lost = f"{strike.lost} of {STEADY[strike.victim]}" if strike.victim in STEADY else "-"
     motor = "" if strike.motor_s is None else f"  motor off and at rest after {strike.motor_s:.2f} s"
     said = "".join(f"  {fault}" for fault in strike.faults)
-    print(
-        f"{number:3d}  {strike.victim:9s} {strike.way.name:8s} works again after {strike.back_s:6.2f} s  "
-        f"missing {lost}{motor}{said}",
-        flush=True,
-    )
+    blow = f"{number:3d}  {strike.victim:9s} {strike.way.name:8s} gone after {strike.gone_s:5.2f} s"
+    print(f"{blow}, works again after {strike.back_s:6.2f} s, missing {lost}{motor}{said}", flush=True)
 
 
 def summary(strikes: list[Strike]) -> None:
@@ -75,7 +72,10 @@ def main() -> int:
         summary(strikes)
         for topic in (IMU, POSE):
             heard = len(kills.ears.heard[topic])
-            print(f"{topic}: {heard} heard, {kills.kept[topic]} in {len(kills.bags)} bags; the rest came between two")
+            print(
+                f"{topic}: {heard} heard, {kills.kept[topic]} in {len(kills.bags)} bags, {kills.unkept[topic]} came while "
+                "the recorder had not found the new node; the others between two bags"
+            )
     print(f"{len(strikes)} strikes, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}: {len(faults)} faults")
     for fault in faults:
         print(f"  {fault}")
