@@ -73,8 +73,8 @@ def main() -> int:
         for topic in (IMU, POSE):
             heard = len(kills.ears.heard[topic])
             print(
-                f"{topic}: {heard} heard, {kills.kept[topic]} in {len(kills.bags)} bags, {kills.unkept[topic]} came while "
-                "the recorder had not found the new node; the others between two bags"
+                f"{topic}: {heard} heard, {kills.kept[topic]} in {len(kills.bags)} bags, {kills.unkept[topic]} came "
+                "while the recorder had not found the new node; the others between two bags"
             )
     print(f"{len(strikes)} strikes, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}: {len(faults)} faults")
     for fault in faults:
