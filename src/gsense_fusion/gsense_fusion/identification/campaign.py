@@ -203,7 +203,8 @@ class DriverSource:
         self._felt_on_time = lru_cache(maxsize=n)(lambda data: self._rail_force(data, 0.0))
         self._slope = lru_cache(maxsize=n)(lambda data: first_slope(data.run))
         self._spline = lru_cache(maxsize=n)(_motion_spline)
-        self._ringing = lru_cache(maxsize=n)(_ringing_spline)
+        self._rung = lru_cache(maxsize=4 * n)(self._ringing)
+        self._ringing_spline = lru_cache(maxsize=n)(_ringing_spline)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
         """V0 of supply_voltage: the fit runs' mean, V."""
@@ -215,6 +216,7 @@ class DriverSource:
     def _make(self, data: RunData, templates: Templates) -> Drivers:
         delay = templates.gyro_delay_s
         force = self._force(data, delay)
+        ringing = self._rung(data, delay)
         return Drivers(
             kinematics=self._kinematics(data, delay),
             mounting=data.mounting,
@@ -225,6 +227,7 @@ class DriverSource:
             response=self._response,
             templates=templates,
             rail_force=force,
+            ringing=None if ringing is None else ringing[:, :2],
         )
 
     def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
@@ -247,20 +250,27 @@ class DriverSource:
         if mounting is None:
             return None
         acceleration = self._kinematics(data, gyro_delay_s).acceleration
-        if data.motion is not None and data.motion.ringing is not None:
-            time = data.run.time - data.delay_s
-            late = self._ringing(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
-            acceleration = acceleration + late
+        ringing = self._rung(data, gyro_delay_s)
+        if ringing is not None:
+            acceleration = acceleration + ringing[:, 0] + ringing[:, 2]
         along = np.zeros(3) if mounting.along is None else mounting.along
         series = np.stack([np.ones(len(acceleration)), acceleration])
         return RailForce(series, np.stack([mounting.gravity * mounting.up, along]))
 
+    def _ringing(self, data: RunData, gyro_delay_s: float) -> FloatArray | None:
+        if data.motion is None or data.motion.ringing is None:
+            return None
+        time = data.run.time - data.delay_s
+        return np.asarray(
+            self._ringing_spline(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
+        )
+
 
 def _ringing_spline(data: RunData) -> CubicSpline:
-    """The same of the acceleration that is felt above the motion's own."""
+    """The same of the acceleration and jerk that are felt above the motion's own."""
     time = data.run.time - data.delay_s
     knots = np.arange(time[0] - 0.3, time[-1] + 0.3, 1.0 / max(RINGING_SPLINE_HZ, data.run.rate_hz))
-    return CubicSpline(knots, np.zeros(len(knots)) if data.motion is None else data.motion.ringing_at(knots))
+    return CubicSpline(knots, np.zeros((len(knots), 3)) if data.motion is None else data.motion.ringing_at(knots))
 
 
 def _motion_spline(data: RunData) -> CubicSpline:

@@ -26,6 +26,8 @@ FELT_CLAIM_GAIN = 40.0
 G for the gyro)."""
 REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
+FAMILY_PART = 0.1
+"""The same beside one that looks alike to first order: what is left of it is more likely its own shape."""
 IN_MOTION = frozenset({"orders", "unequal", "lines", "band", "intensity"})
 """Kinds of symptoms that only motion shows."""
 LOCKED_PART = 0.8
@@ -60,13 +62,9 @@ def judge(
     found = sorted(best.names - selection.declared - terms, key=lambda n: -selection.gain(best, n)[0])
     names: list[str] = []
     refinements: list[str] = []
-    strongest = max((selection.gain(best, n)[0] for n in found if selection.effects[n].dynamic), default=0.0)
     for name in found:
-        dynamic = selection.effects[name].dynamic
-        if dynamic and selection.gain(best, name)[0] < REFINEMENT_PART * strongest:
-            notes.append(
-                f"{name} improves the fit by under 1 % of the strongest effect: a refinement of shape, not a claim"
-            )
+        if (whose := _refines(selection, best, found, name)) is not None:
+            notes.append(f"{name} improves the fit by under {whose}: a refinement of shape, not a claim")
             refinements.append(name)
         elif (reason := _refused(selection, best, name, rounded)) is not None:
             notes.append(f"{name} {reason}")
@@ -94,6 +92,22 @@ def judge(
     full = _fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
     return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+
+
+def _refines(selection: Selection, best: Fit, found: Sequence[str], name: str) -> str | None:
+    """What an effect of the motion is small beside, so that it only refines its shape; None where it is not."""
+    effects = selection.effects
+    if not effects[name].dynamic:
+        return None
+    gain = {n: selection.gain(best, n)[0] for n in found if effects[n].dynamic}
+    if gain[name] < REFINEMENT_PART * max(gain.values()):
+        return f"{100 * REFINEMENT_PART:.0f} % of the strongest effect"
+    family = effects[name].family
+    alike = {n: g for n, g in gain.items() if family is not None and effects[n].family == family}
+    strongest = max(alike, key=lambda n: alike[n], default=name)
+    if gain[name] < FAMILY_PART * gain[strongest]:
+        return f"{100 * FAMILY_PART:.0f} % of what {strongest} does, which looks like it"
+    return None
 
 
 def _refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> str | None:

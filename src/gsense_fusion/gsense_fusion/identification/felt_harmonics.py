@@ -5,8 +5,9 @@ for the accelerometer; a gyro of large g-sensitivity shows them, and without the
 effect.
 The low orders stay the encoder's: there gravity may turn. So does every order that the encoder knows better: its error
 grows with the square of frequency. Accelerometer and gyro of one IMU have the same filter, so what the one feels is
-what the other was shaken by. Above 20 Hz they go into G f alone: what else follows the motion (a belt's tilt) is an
-idealisation that ends where the belt rings. Position and speed stay the encoder's.
+what the other was shaken by. Above 20 Hz they are kept apart: what answers to shaking has them too (G f, a coupling to
+the jerk, a mount, a carriage that its belt tilts), a curve of the rigid motion has not. What lies above half
+the sample rate is in G f alone: of samples that fold no mode can be taken. Position and speed stay the encoder's.
 """
 
 from __future__ import annotations
@@ -58,8 +59,9 @@ def with_felt_orders(
     if found is None:
         return motion
     out = copy.copy(motion)
-    rigid = found.orders * found.angular_frequency < 2 * np.pi * HIGHEST_HARMONIC_HZ
-    out.felt, out.ringing = _part(found, rigid), _part(found, ~rigid)
+    frequency = found.orders * found.angular_frequency / (2 * np.pi)
+    rigid, folded = frequency < HIGHEST_HARMONIC_HZ, frequency >= run.rate_hz / 2
+    out.felt, out.ringing, out.folded = (_part(found, p) for p in (rigid, ~rigid & ~folded, ~rigid & folded))
     return out
 
 

@@ -67,6 +67,8 @@ class CarriageMotion:
         """What the accelerometer adds to the steady part's acceleration and jerk (`felt_harmonics`)."""
         self.ringing: Harmonics | None = None
         """The same above `HIGHEST_HARMONIC_HZ`: it is felt, but no rigid carriage moves so."""
+        self.folded: Harmonics | None = None
+        """The same above half the sample rate."""
         if self.moving is not None:
             found = _steady_sine(self._time, self._position, self.moving, self._heard())
             if found is not None:
@@ -112,11 +114,18 @@ class CarriageMotion:
         return Kinematics(*series)
 
     def ringing_at(self, time: FloatArray) -> FloatArray:
-        """Acceleration along the rail that the sensor feels on top of `at` at the times (n,), m/s^2."""
-        out = np.zeros(len(time))
-        if self.ringing is not None and self.steady is not None:
+        """What the sensor feels along the rail on top of `at`, at the times (n,).
+
+        Returns:
+            Acceleration and jerk below half the sample rate, and the acceleration above it, shape (n, 3).
+
+        """
+        out = np.zeros((len(time), 3))
+        if self.ringing is not None and self.folded is not None and self.steady is not None:
             inside = (time >= self.steady.start) & (time <= self.steady.stop)
-            out[inside] = self.ringing.acceleration_at(time[inside])
+            felt = self.ringing.at(time[inside])
+            folded = self.folded.at(time[inside])
+            out[inside] = np.column_stack([felt.acceleration, felt.jerk, folded.acceleration])
         return out
 
 

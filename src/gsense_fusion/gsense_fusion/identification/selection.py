@@ -28,6 +28,11 @@ REFINED_TO = 2e-3
 CHEAP_COST = 6.5
 """A parameter that only block means tell, or that refines the shape of an effect which is there without it, costs this,
 not ln n of all samples: false alarms of 2e-4 with three."""
+FAMILY_COST = 10.0
+"""Prior odds, in twice their logarithm, against each further effect of one family: two separate faults that happen to
+look alike, where one with a shape of its own explains the data nearly as well."""
+MOST_MERGED = 2
+"""Effects of a family that one is tried in the place of at once."""
 KEPT_POINTS = 3
 """Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
 
@@ -58,6 +63,7 @@ class Selection:
         self.bought: frozenset[str] = frozenset()
         """Further terms that the best model has, of those that have to be bought."""
         self._instants: list[tuple[float, float]] = []
+        self._shapes = {n: shapes for n in self.effects if (shapes := self._shapes_of(n))}
         self._say = progress or (lambda _text: None)
 
     def candidate(self, names: frozenset[str]) -> Candidate:
@@ -119,7 +125,19 @@ class Selection:
             if not self.effects[n].bought:
                 others = [rest | {other} for other in free if not self.effects[other].bought]
                 sets += others + [self.with_parts(more) for more in others]
+        sets += self._merged(names, mine)
         return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
+
+    def _merged(self, names: frozenset[str], mine: Sequence[str]) -> list[frozenset[str]]:
+        """One effect, shaped, in the place of one or more of its family."""
+        sets = []
+        for other, shapes in self._shapes.items():
+            alike = [n for n in mine if self.effects[n].family == self.effects[other].family]
+            for count in range(1, min(len(alike), MOST_MERGED) + 1):
+                for some in itertools.combinations(alike, count):
+                    rest = names.difference(*(self.with_dependants(names, n) for n in some))
+                    sets.append(rest | {other} | shapes)
+        return sets
 
     def with_dependants(self, names: frozenset[str], name: str) -> frozenset[str]:
         """An effect of a set and what cannot be there without it."""
@@ -129,6 +147,11 @@ class Selection:
         """Effects with their further terms; those that have to be bought where the search did buy them."""
         names = frozenset(names)
         return names | {n for n, e in self.effects.items() if e.part_of in names and (not e.bought or n in self.bought)}
+
+    def _shapes_of(self, name: str) -> frozenset[str]:
+        """What has to be bought and shapes the columns of an effect of a family, without any of its own."""
+        own = (e for e in self.effects.values() if e.part_of == name and e.bought and not e.parameters)
+        return frozenset(e.name for e in own if self.effects[name].family is not None)
 
     def claimable(self) -> list[str]:
         """Effects that can be named: not the further terms of others."""
@@ -151,7 +174,13 @@ class Selection:
         cheap_columns = self._slow_rank(fit) + self._bought_rank(fit)
         cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)
         order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
+        order += FAMILY_COST * self._alike(fit.names)
         return Candidate(fit, 2 * fit.loglik - cost - order)
+
+    def _alike(self, names: frozenset[str]) -> int:
+        """Undeclared effects beyond the first of each family."""
+        families = [self.effects[n].family for n in names - self.declared if self.effects[n].family is not None]
+        return len(families) - len(set(families))
 
     def _slow_rank(self, fit: Fit) -> int:
         """Directions that only block means tell, of the effects that are not declared.
@@ -299,11 +328,15 @@ class Selection:
                 continue
             if not self.effects[name].dynamic and self.effects[other].dynamic and not self.effects[other].slow:
                 continue  # it moves no block means: it cannot stand for what only these show
-            if self._behind(best, score, self.rough(swapped)) > RIVAL_LOGLIK + CLOSE:
-                continue
-            if self._behind(best, score, self.candidate(swapped)) < RIVAL_LOGLIK:
+            shaped = [swapped | self._shapes[other]] if other in self._shapes else []
+            if any(self._as_good(names, best, score) for names in (swapped, *shaped)):
                 out.append(other)
         return out
+
+    def _as_good(self, names: frozenset[str], best: Fit, score: float) -> bool:
+        if self._behind(best, score, self.rough(names)) > RIVAL_LOGLIK + CLOSE:
+            return False
+        return self._behind(best, score, self.candidate(names)) < RIVAL_LOGLIK
 
     @staticmethod
     def _behind(best: Fit, score: float, other: Candidate) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Effect
-from gsense_fusion.identification.effects.belt_tilt import BeltTilt
+from gsense_fusion.identification.effects.belt_tilt import BearingMode, BeltTilt
 from gsense_fusion.identification.effects.belt_tooth import BeltTooth, BeltToothAngle
 from gsense_fusion.identification.effects.bias_jump import BiasJump
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
@@ -11,7 +11,7 @@ from gsense_fusion.identification.effects.g_cubed import GCubed
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
-from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
+from gsense_fusion.identification.effects.jerk_coupling import FastMode, JerkCoupling
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
 from gsense_fusion.identification.effects.reversal_rock import ContactLag, ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
@@ -35,7 +35,9 @@ REGRESSED: tuple[Effect, ...] = (
     GSquared(),
     GCubed(),
     BeltTilt(),
+    BearingMode(),
     JerkCoupling(),
+    FastMode(),
     GResonance(),
     RockingMount(),
     SecondMode(),

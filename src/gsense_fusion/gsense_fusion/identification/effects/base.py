@@ -70,6 +70,20 @@ class Drivers:
     """Values of the searched parameters."""
     rail_force: RailForce | None = None
     """`specific_force` in two series; None where it is no more than its vectors."""
+    ringing: FloatArray | None = None
+    """Acceleration in m/s^2 and jerk in m/s^3 along the rail that are felt beyond its rigid motion, shape (n, 2)."""
+
+    @property
+    def acceleration(self) -> FloatArray:
+        """Along the rail with all that is felt of it, m/s^2, shape (n,): what drives a response to shaking."""
+        own = self.kinematics.acceleration
+        return own if self.ringing is None else np.asarray(own + self.ringing[:, 0])
+
+    @property
+    def jerk(self) -> FloatArray:
+        """Its derivative, m/s^3, shape (n,)."""
+        own = self.kinematics.jerk
+        return own if self.ringing is None else np.asarray(own + self.ringing[:, 1])
 
     def __len__(self) -> int:
         return len(self.time)
@@ -141,6 +155,8 @@ class Effect(ABC):
     """Of a further term: it is in a model only where the search took it, not wherever its effect is."""
     refines: ClassVar[bool] = False
     """Of a further term that need not be bought: it refines a shape and costs as little as one that has to be."""
+    family: ClassVar[str | None] = None
+    """Effects of one family look alike to first order: one of them with its shape is likelier than two."""
     every_run: ClassVar[bool] = False
     """Whether every run must have what the effect needs; else one is enough."""
     memoryless: ClassVar[bool] = False

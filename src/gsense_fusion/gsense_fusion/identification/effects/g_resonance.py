@@ -34,6 +34,7 @@ class GResonance(Effect):
         TemplateSpec("damping", "1", "resonance_damping", (0.03, 0.1, 0.3), 0.005, 0.9, 0.05, default=0.1),
     )
     separating_run = "board_turned_180"
+    family = "fast"
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail."""
@@ -43,7 +44,7 @@ class GResonance(Effect):
         """Filtered acceleration on each axis, shape (n, 3, 3)."""
         f0 = drivers.templates.get("resonance_hz", 10.0)
         damping = drivers.templates.get("resonance_damping", 0.1)
-        return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.acceleration, f0, damping))
+        return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.acceleration, f0, damping))
 
     def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:
         """What the mode makes of a vibration along the rail."""
@@ -72,7 +73,7 @@ class RockingMount(Effect):
         """Filtered jerk on each axis, shape (n, 3, 3)."""
         f0 = drivers.templates.get("resonance_hz", 10.0)
         damping = drivers.templates.get("resonance_damping", 0.1)
-        return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.kinematics.jerk, f0, damping))
+        return per_axis(along_sign(drivers) * resonant(drivers.time, drivers.jerk, f0, damping))
 
     def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:
         """What the mode makes of a vibration along the rail."""
@@ -108,8 +109,8 @@ class SecondMode(Effect):
     def design(self, drivers: Drivers) -> Mixed:
         """Filtered acceleration and jerk on each axis, shape (n, 3, 6)."""
         f0, damping = self._mode(drivers)
-        kin, sign = drivers.kinematics, along_sign(drivers)
-        swayed = (sign * resonant(drivers.time, x, f0, damping) for x in (kin.acceleration, kin.jerk))
+        sign = along_sign(drivers)
+        swayed = (sign * resonant(drivers.time, x, f0, damping) for x in (drivers.acceleration, drivers.jerk))
         return Mixed.beside([per_axis(x) for x in swayed])
 
     def vibration(self, frequency_hz: FloatArray, drivers: Drivers) -> ComplexArray:

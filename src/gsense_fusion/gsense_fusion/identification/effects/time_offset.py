@@ -34,6 +34,7 @@ class TimeOffset(Effect):
         ),
     )
     needs = ("g_sensitivity",)
+    family = "fast"
     separating_run = None
 
     def missing(self, drivers: Drivers) -> str | None:

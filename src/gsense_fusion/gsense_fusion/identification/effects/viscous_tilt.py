@@ -17,6 +17,7 @@ class ViscousTilt(TrueTurn):
     source = "lubricated bearings of a carriage that is pulled beside its drag"
     parameters = spec("c_x c_y c_z", "rad/(m/s)", 3e-4)
     rarity = 10.0
+    family = "fast"
 
     def angle(self, drivers: Drivers) -> FloatArray:
         """The velocity."""

@@ -1,0 +1,60 @@
+"""What is fast in phase with the jerk: one finding with a mode of its own, not several that imitate its shape."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import DEG, ChainParameters
+
+from gsense_fusion.identification.campaign import Kinematics
+from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.fast_mode import mode_fields
+from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
+
+from .sessions import BASE, analysed, finding, names
+
+TIME = np.arange(0.0, 20.0, 0.005)
+MIDDLE = slice(1000, 3000)
+HZ = 15.0
+PLAIN = Templates()
+
+
+def _drivers(templates: Templates = PLAIN, ringing_part: float = 0.0) -> Drivers:
+    """A jerk at 15 Hz, a part of which is ringing."""
+    w = 2 * np.pi * HZ
+    a, j = np.sin(w * TIME), w * np.cos(w * TIME)
+    kin = Kinematics(0 * TIME, 0 * TIME, (1 - ringing_part) * a, (1 - ringing_part) * j)
+    ringing = ringing_part * np.column_stack([a, j]) if ringing_part else None
+    return Drivers(kin, None, None, None, TIME, templates=templates, ringing=ringing)
+
+
+def test_what_answers_to_the_jerk_answers_to_the_ringing_too() -> None:
+    whole = np.asarray(JerkCoupling().design(_drivers()))
+    apart = np.asarray(JerkCoupling().design(_drivers(ringing_part=0.4)))
+    assert apart == pytest.approx(whole, abs=1e-9 * np.abs(whole).max())
+
+
+@pytest.mark.parametrize(("f0", "damping"), [(35.0, 0.15), (110.0, 1.0)])
+def test_the_mode_has_the_gain_and_phase_of_an_oscillator(f0: float, damping: float) -> None:
+    hz, lag = mode_fields("jerk_coupling")
+    drivers = _drivers(Templates().set(hz, f0).set(lag, damping / (np.pi * f0)))
+    shaped = np.asarray(JerkCoupling().design(drivers))[MIDDLE, 0, 0]
+    jerk = 2 * np.pi * HZ * np.exp(2j * np.pi * HZ * TIME[MIDDLE])
+    expected = np.real(jerk / (1 - (HZ / f0) ** 2 + 2j * damping * HZ / f0))
+    assert shaped == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+    answer = JerkCoupling().vibration(np.array([HZ]), drivers)[0, 0, 0]
+    assert np.abs(answer * np.exp(2j * np.pi * HZ * TIME[MIDDLE])) == pytest.approx(np.abs(expected).max(), rel=2e-3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["feedthrough", "belt_lever"])
+def test_a_large_one_is_one_finding_with_its_rivals(kind: str) -> None:
+    """Of exactly equal ones in one mounting the commoner is named; the other is listed."""
+    base = replace(BASE, seed=5, chain=ChainParameters(rate_hz=100.0))
+    result = analysed(Disturbance(kind, {"feedthrough": 0.05, "belt_lever": 0.004}[kind] * DEG), base=base)
+    assert (result.verdict, names(result)) == ("effects_found", ["belt_tilt"]), result.unexplained
+    assert "jerk_coupling" in finding(result, "belt_tilt").alternatives
+    assert finding(result, "belt_tilt").separating_run == "board_turned_180"
