@@ -109,8 +109,11 @@ def main() -> int:
     print(f"ideal split of {expected:.1f} s: {ideal:.1f} s; wall time {ratio:.2f} times that (target {TARGET:g})")
     print(f"against the times that the sessions took side by side: {wall * options.jobs / sum(together):.2f}")
     print(f"the same command again, everything kept: {again:.1f} s")
-    each = [(used - cpu_again) / len(times) for used, times in ((cpu_alone, alone), (cpu, together))]
-    print(f"CPU time of a session: {each[0]:.2f} s alone, {each[1]:.2f} s side by side; beside all: {cpu_again:.1f} s")
+    start = cpu_again / (options.jobs + 1)  # of the command and of each worker alike
+    each = ((cpu_alone - 2 * start) / len(alone), (cpu - cpu_again) / len(together))
+    print(
+        f"CPU time of a session: {each[0]:.2f} s alone, {each[1]:.2f} s side by side; {start:.1f} s to start a process"
+    )
     peak = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
     print(f"largest process: {peak:.0f} MB")
     return 0 if ratio <= TARGET else 1
