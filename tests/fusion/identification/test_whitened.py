@@ -13,7 +13,7 @@ from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.engine import decidable
 from gsense_fusion.identification.integrity import clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.noise import Response
+from gsense_fusion.identification.response import Response
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.store import design
 from gsense_fusion.identification.types import Role

@@ -27,7 +27,7 @@ from gsense_fusion.identification.mounting import (
     run_delays,
     run_geometry,
 )
-from gsense_fusion.identification.noise import Response
+from gsense_fusion.identification.response import Response
 from gsense_fusion.identification.turned_delays import without_turns
 from gsense_fusion.identification.types import BoolArray, FloatArray, Role
 

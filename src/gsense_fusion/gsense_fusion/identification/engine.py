@@ -26,8 +26,9 @@ from gsense_fusion.identification.folds import make_folds
 from gsense_fusion.identification.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.likelihood import Likelihood
 from gsense_fusion.identification.mounting import NOMINAL, wandering_delay
-from gsense_fusion.identification.noise import Response, at_least
+from gsense_fusion.identification.noise import at_least
 from gsense_fusion.identification.recording.clock import on_one_clock
+from gsense_fusion.identification.response import Response
 from gsense_fusion.identification.rest import noise_at_rest
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.selection import Selection
@@ -81,7 +82,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
     drifting = wandering_delay([r.geometry for r in campaign.runs])
     notes += () if drifting is None else (drifting,)
-    source = DriverSource(campaign, Response.of(noise))
+    source = DriverSource(campaign, Response.of(noise, campaign.rate_hz))
     fitted = tuple(e for e in settings.catalogue if not isinstance(e, RecordedEffect))
     effects, undecidable = decidable(fitted, campaign, source)
     statistical = tuple(e for e in effects if isinstance(e, StatisticalEffect))

@@ -11,8 +11,9 @@ from gsense_fusion.identification.campaign import Campaign, DriverSource, RunDat
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.likelihood import Fit, Likelihood
 from gsense_fusion.identification.metrics import Held
-from gsense_fusion.identification.noise import NoiseModel, Response
+from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.predict import Prediction, Predictor
+from gsense_fusion.identification.response import Response
 from gsense_fusion.identification.types import Role
 from gsense_fusion.identification.whitened import Columns
 
@@ -30,7 +31,7 @@ def make_folds(
 
     Structure, template values and drift stay as found; coefficients are fitted anew without the held-out runs.
     """
-    response = Response.of(noise)
+    response = Response.of(noise, campaign.rate_hz)
     source = DriverSource(campaign, response)
     used = tuple(e for e in effects if any(e.name in fit.names for fit in fits.values()))
     fits = {label: _narrowed(fit, effects, used) for label, fit in fits.items()}

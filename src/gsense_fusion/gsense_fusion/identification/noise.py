@@ -6,7 +6,7 @@ What is there at rest is noise, not a missing effect: tones at rest are notched 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -26,8 +26,6 @@ TRIM = 5.0
 ROUGHNESS = tuple(10.0**x for x in np.arange(-6.0, 2.01, 0.5))
 """Variances of ln(shape) an octave that are tried: from a flat spectrum to any."""
 _FLOOR = 1e-18
-RESPONSE_POINTS = 120
-NOT_FILTERED = 0.93
 
 
 @dataclass(frozen=True)
@@ -87,43 +85,6 @@ class NoiseModel:
         for tone in self.tones_hz:
             keep &= np.abs(frequency - tone) > 1.5 * resolution_hz + 0.01
         return keep
-
-
-@dataclass(frozen=True, eq=False)
-class Response:
-    """Amplitude that the sensor's filter leaves of a signal, as its own noise shows it."""
-
-    frequency: FloatArray
-    """Hz, shape (k,), increasing."""
-    gain: FloatArray
-    """Shape (k,), at most one."""
-
-    @staticmethod
-    def of(noise: Mapping[int, NoiseModel]) -> Response:
-        """Ratio of the smoothed spectrum to its level between 4 and 10 Hz; one where the noise is not filtered."""
-        highest = max(float(m.shape_hz[-1]) for m in noise.values())
-        frequency = np.linspace(PARAMETRIC_BELOW_HZ, max(highest, 2 * PARAMETRIC_BELOW_HZ), RESPONSE_POINTS)
-        flat = frequency <= max(10.0, frequency[3])
-        ratios = [m.psd(frequency) / np.mean(m.psd(frequency)[flat]) for m in noise.values()]
-        gain = np.sqrt(np.clip(np.mean(ratios, axis=0), 0.0, 1.0))
-        return Response(frequency, np.where(gain > NOT_FILTERED, 1.0, gain))
-
-    def at(self, frequency: FloatArray) -> FloatArray:
-        """At the frequencies in Hz; beyond what was recorded a filter that has begun goes on in second order."""
-        last, gain = float(self.frequency[-1]), float(self.gain[-1])
-        inside = np.interp(frequency, self.frequency, self.gain)
-        if gain == 1.0:
-            return np.asarray(inside)
-        return np.asarray(np.where(frequency > last, gain * (last / np.maximum(frequency, last)) ** 2, inside))
-
-    def passed(self, series: FloatArray, rate_hz: float) -> FloatArray:
-        """What the filter leaves of a series (n,), its delay excepted."""
-        return np.asarray(irfft(rfft(series) * self._gains(len(series), rate_hz), len(series)))
-
-    @cached_property
-    def _gains(self) -> Callable[[int, float], FloatArray]:
-        """Gain at the frequencies of a series of n samples at a rate; the runs of a campaign ask for the same ones."""
-        return lru_cache(maxsize=64)(lambda n, rate_hz: self.at(rfftfreq(n, 1 / rate_hz)))
 
 
 @dataclass(frozen=True)

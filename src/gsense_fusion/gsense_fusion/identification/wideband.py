@@ -1,4 +1,4 @@
-"""Rows above the band of the other effects, for those whose frequency grows with the speed: teeth at v / pitch.
+"""Rows above the band of the other effects: for teeth, at v / pitch, and for the turns after a reversal.
 
 The drive's own harmonics end far below, so every other column is zero here, and the model without such an effect has
 nothing to say: its likelihood stays what it was.
@@ -14,7 +14,8 @@ from gsense_fusion.identification.bins import Bins, axis_rows, rows_by_axis, win
 from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
-from gsense_fusion.identification.noise import NoiseModel, Response
+from gsense_fusion.identification.noise import NoiseModel
+from gsense_fusion.identification.response import Response
 from gsense_fusion.identification.store import DELAY, fields_of
 from gsense_fusion.identification.types import FloatArray
 
@@ -22,8 +23,8 @@ WIDEST_HZ = 80.0
 PASSED = 0.5
 """Amplitude that the sensor's filter must leave: beyond it phase and size are the filter's more than the rig's."""
 DELAY_STEP_S = 1e-3
-"""The gyro's delay counts here in such steps: the filter's phase, up to 9 degrees off that of a constant delay, would
-pass for a fraction of a millisecond at these frequencies."""
+"""The gyro's delay counts here in such steps: what the filter's phase is off by would pass for a fraction of a
+millisecond at these frequencies."""
 KEPT = 32
 
 
@@ -37,7 +38,7 @@ class WideBand:
         self._campaign = campaign
         self._source = source
         self._noise = noise
-        self._response = Response.of(noise)
+        self._response = Response.of(noise, campaign.rate_hz)
         self._above = above_hz
         self._windows: list[list[tuple[Window, Bins]]] | None = None
         self._measured: list[FloatArray] = []

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.effects.belt_tilt import BearingMode, BeltTilt
-from gsense_fusion.identification.effects.belt_tooth import BeltTooth, BeltToothAngle
+from gsense_fusion.identification.effects.belt_tooth import (
+    BeltTooth,
+    BeltToothAngle,
+    BeltToothDouble,
+    BeltToothDoubleAngle,
+)
 from gsense_fusion.identification.effects.bias_jump import BiasJump
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
 from gsense_fusion.identification.effects.g_cubed import GCubed
@@ -13,7 +18,7 @@ from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import FastMode, JerkCoupling
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
-from gsense_fusion.identification.effects.reversal_rock import ContactLag, ReversalRock
+from gsense_fusion.identification.effects.reversal_rock import Contact, ContactLag, ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
 from gsense_fusion.identification.effects.supply_voltage import SupplyVoltage
 from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
@@ -43,8 +48,11 @@ REGRESSED: tuple[Effect, ...] = (
     SecondMode(),
     ReversalRock(),
     ContactLag(),
+    Contact(),
     BeltTooth(),
     BeltToothAngle(),
+    BeltToothDouble(),
+    BeltToothDoubleAngle(),
     ViscousTilt(),
 )
 """Effects with columns, of equally likely ones the commoner first; `catalogue` adds those of the noise."""

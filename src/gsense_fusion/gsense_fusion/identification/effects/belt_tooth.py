@@ -13,7 +13,12 @@ from gsense_fusion.identification.effects.base import (
     spec,
 )
 from gsense_fusion.identification.effects.design import Design, Mixed
-from gsense_fusion.identification.types import FloatArray, Owner, Parameter
+from gsense_fusion.identification.effects.fine import fine_motion
+from gsense_fusion.identification.types import Owner, Parameter
+
+LEAST_FINE_HZ = 400.0
+POINTS_A_WAVE = 3.0
+"""Of the finer grid, at the highest frequency v / pitch."""
 
 
 class BeltTooth(Effect):
@@ -34,8 +39,7 @@ class BeltTooth(Effect):
 
     def design(self, drivers: Drivers) -> Design:
         """Cosine and sine over position while the carriage moves, shape (n, 3, 6)."""
-        phase, passed = _phase_and_gain(drivers)
-        return Mixed.beside([about_rail_axes(drivers, f(phase) * passed) for f in (np.cos, np.sin)])
+        return _ripple(drivers, harmonic=1, as_angle=False)
 
     def report(self, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
         """Signed amplitude of each axis with the phase that they have in common."""
@@ -61,21 +65,62 @@ class BeltToothAngle(Effect):
 
     def design(self, drivers: Drivers) -> Design:
         """Velocity times cosine and sine over position, shape (n, 3, 6)."""
-        phase, passed = _phase_and_gain(drivers)
-        speed = drivers.kinematics.velocity * passed
-        return Mixed.beside([about_rail_axes(drivers, f(phase) * speed) for f in (np.cos, np.sin)])
+        return _ripple(drivers, harmonic=1, as_angle=True)
 
 
-def _phase_and_gain(drivers: Drivers) -> tuple[FloatArray, FloatArray]:
-    """Phase of the ripple, and what the gyro's filter leaves of it at the moment's frequency v / pitch; zero at rest.
+class BeltToothDouble(Effect):
+    """The second harmonic of the ripple: teeth are no cosines. The search buys it where it shows."""
 
-    Without the filter, fast runs would have a ripple beyond the sample rate folded into the band of the fit.
+    name = "belt_tooth_double"
+    owner = Owner.RIG
+    equation = "R a2 cos(4 pi s / pitch + phase2)"
+    source = BeltTooth.source
+    parameters = spec("double_cos_x double_cos_y double_cos_z double_sin_x double_sin_y double_sin_z", "rad/s", 1e-3)
+    needs = ("belt_tooth",)
+    part_of = "belt_tooth"
+    bought = True
+    wide_band = True
+    fields = ("tooth_pitch_m",)
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the ripple needs."""
+        return lacks_direction(drivers)
+
+    def design(self, drivers: Drivers) -> Design:
+        """Cosine and sine over half the pitch, shape (n, 3, 6)."""
+        return _ripple(drivers, harmonic=2, as_angle=False)
+
+
+class BeltToothDoubleAngle(BeltToothDouble):
+    """The second harmonic of the part that is constant as an angle."""
+
+    name = "belt_tooth_double_angle"
+    equation = "R v a2' cos(4 pi s / pitch + phase2')"
+    parameters = spec(
+        "double_angle_cos_x double_angle_cos_y double_angle_cos_z "
+        "double_angle_sin_x double_angle_sin_y double_angle_sin_z",
+        "rad/m",
+        1e-2,
+    )
+
+    def design(self, drivers: Drivers) -> Design:
+        """Velocity times cosine and sine over half the pitch, shape (n, 3, 6)."""
+        return _ripple(drivers, harmonic=2, as_angle=True)
+
+
+def _ripple(drivers: Drivers, harmonic: int, *, as_angle: bool) -> Mixed:
+    """Cosine and sine over position, or these times the velocity, as the gyro's filter leaves them; zero at rest.
+
+    A fast run's ripple lies beyond the sample rate: the filter takes most of it before the rest is folded down.
     """
-    kin = drivers.kinematics
-    pitch = drivers.templates.get("tooth_pitch_m", 5e-3)
-    speed = np.abs(kin.velocity)
-    passed = (speed > 0).astype(float) if drivers.response is None else drivers.response.at(speed / pitch) * (speed > 0)
-    return 2 * np.pi * kin.position / pitch, np.asarray(passed)
+    pitch = drivers.templates.get("tooth_pitch_m", 5e-3) / harmonic
+    highest = float(np.max(np.abs(drivers.kinematics.velocity), initial=0.0)) / pitch
+    fine = fine_motion(drivers, max(LEAST_FINE_HZ, POINTS_A_WAVE * highest))
+    phase = 2 * np.pi * fine.position / pitch
+    size = fine.velocity if as_angle else (np.abs(fine.velocity) > 0).astype(float)
+    return Mixed.beside(
+        [about_rail_axes(drivers, fine.sampled(f(phase) * size, drivers.response)) for f in (np.cos, np.sin)]
+    )
 
 
 def amplitude_and_phase(parameters: dict[str, Parameter]) -> dict[str, Parameter]:

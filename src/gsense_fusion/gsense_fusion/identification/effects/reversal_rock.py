@@ -7,11 +7,13 @@ from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, lacks_direction, spec
 from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.effects.fine import fine_motion
 from gsense_fusion.identification.effects.reversals import rock_angle, rock_rate
 from gsense_fusion.identification.effects.turning import TrueTurn
 from gsense_fusion.identification.types import FloatArray, Owner
 
 LONGEST_LAG_S = 0.05
+DUCTILITY = "rock_ductility"
 
 
 class ReversalRock(TrueTurn):
@@ -19,29 +21,29 @@ class ReversalRock(TrueTurn):
 
     name = "reversal_rock"
     equation = "R r d/dt (1 - 2 exp(-travel / width)) sign(v)"
+    wide_band = True
     source = "clearance of linear bearings: 0.01 deg"
     parameters = spec("r_x r_y r_z", "rad", 1e-3)
     templates = (
         TemplateSpec("width", "m", "rock_width_m", (5e-5, 2e-4, 5e-4, 1.5e-3, 4e-3), 1e-5, 0.01, 5e-4, default=5e-4),
     )
 
-    fields = ("rock_lag_s",)
+    fields = ("rock_lag_s", DUCTILITY)
 
     def angle(self, drivers: Drivers) -> FloatArray:
         """The turn itself, from -1 to 1."""
         kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
-        edges = rock_angle(drivers.time, kin.position, kin.velocity, width)
+        edges = rock_angle(drivers.time, kin.position, kin.velocity, width, _ductility(drivers))
         return (edges[1:] + edges[:-1]) / 2
 
     def rate(self, drivers: Drivers) -> FloatArray:
-        """Rate of the turn, averaged over each sample's interval, as the gyro's filter leaves it."""
-        kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
-        rate = rock_rate(drivers.time, kin.position, kin.velocity, width)
-        step = drivers.step_s
+        """Rate of the turn as the gyro's filter leaves it: it lasts less than a sample where the run is fast."""
+        fine, width = fine_motion(drivers), drivers.templates.get("rock_width_m", 5e-4)
+        rate = rock_rate(fine.time, fine.position, fine.velocity, width, _ductility(drivers))
         lag = drivers.templates.get("rock_lag_s")
         if lag:
-            rate = lagged(rate, lag, step)
-        return rate if drivers.response is None else drivers.response.passed(rate, 1.0 / step)
+            rate = lagged(rate, lag, fine.step_s)
+        return fine.sampled(rate, drivers.response, means=True)
 
 
 class ContactLag(Effect):
@@ -72,6 +74,21 @@ class ContactLag(Effect):
     def design(self, drivers: Drivers) -> Design:
         """No columns, shape (n, 3, 0)."""
         return np.zeros((len(drivers), 3, 0))
+
+
+class Contact(ContactLag):
+    """How the contacts take up the load: Dahl's exponent, from an even slack (0) to an exponential (1) and beyond."""
+
+    name = "reversal_rock_contact"
+    equation = "u' = -u^ductility over the travel, for the way u to the other end"
+    source = "Dahl, A Solid Friction Model, 1968"
+    templates = (
+        TemplateSpec("ductility", "", DUCTILITY, (0.0, 0.4, 0.8), 0.0, 2.0, 0.2, owns_effect=True, default=1.0),
+    )
+
+
+def _ductility(drivers: Drivers) -> float:
+    return drivers.templates.get(DUCTILITY, 1.0)
 
 
 def lagged(series: FloatArray, lag_s: float, step_s: float) -> FloatArray:

@@ -34,16 +34,20 @@ def mean_direction(time: FloatArray, velocity: FloatArray) -> FloatArray:
     return np.asarray(step * _moving(time, velocity))
 
 
-def rock_rate(time: FloatArray, position: FloatArray, velocity: FloatArray, width: float) -> FloatArray:
+def rock_rate(
+    time: FloatArray, position: FloatArray, velocity: FloatArray, width: float, ductility: float = 1.0
+) -> FloatArray:
     """Rate of a turn from -1 to 1 that follows each reversal over the travel `width`, 1/s, shape (n,).
 
     Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
     """
     step = step_of(time)
-    return np.asarray(np.diff(rock_angle(time, position, velocity, width)) / step * _moving(time, velocity))
+    return np.asarray(np.diff(rock_angle(time, position, velocity, width, ductility)) / step * _moving(time, velocity))
 
 
-def rock_angle(time: FloatArray, position: FloatArray, velocity: FloatArray, width: float) -> FloatArray:
+def rock_angle(
+    time: FloatArray, position: FloatArray, velocity: FloatArray, width: float, ductility: float = 1.0
+) -> FloatArray:
     """The turn itself at the edges of the samples' intervals, shape (n + 1,); constant without a reversal."""
     n = len(time)
     step = step_of(time)
@@ -58,7 +62,18 @@ def rock_angle(time: FloatArray, position: FloatArray, velocity: FloatArray, wid
     known = last >= 0
     travel = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
     direction = np.where(known, ahead[np.maximum(last, 0)], -ahead[0])
-    return np.asarray(direction * (1.0 - 2.0 * np.exp(-travel / width)))
+    return np.asarray(direction * (1.0 - to_go(travel / width, ductility)))
+
+
+def to_go(travel: FloatArray, ductility: float) -> FloatArray:
+    """How far the turn is from its other end after a travel in widths, from 2 to 0: Dahl's u' = -u^ductility.
+
+    Zero: slack that is taken up evenly and then is gone; one: contacts that give way ever less (an exponential).
+    """
+    if abs(ductility - 1.0) < 1e-6:
+        return np.asarray(2.0 * np.exp(-travel))
+    power = 1.0 - ductility
+    return np.asarray(np.maximum(2.0**power - power * travel, 0.0) ** (1.0 / power))
 
 
 def reversals(position: FloatArray, velocity: FloatArray, step_s: float) -> tuple[FloatArray, FloatArray]:
