@@ -11,7 +11,7 @@ from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.identification.effects.reversal_rock import lagged
-from gsense_fusion.identification.effects.reversals import reversals, rock_angle, zero_crossings
+from gsense_fusion.identification.effects.reversals import reversals, rock_angle, to_go, zero_crossings
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, analysed, finding, names
@@ -35,6 +35,22 @@ def test_ripple_about_the_place_where_the_carriage_sticks_is_no_reversal() -> No
     assert where == pytest.approx(places, abs=1e-4)
     error = rock_angle(t, position, velocity, 4e-4) - rock_angle(t, *smooth, 4e-4)
     assert np.sqrt(np.mean(error**2)) < 0.1
+
+
+def test_a_carriage_that_all_but_stands_reverses_within_its_samples() -> None:
+    velocity = np.array([0.1, 1e-12, 1.0000001e-12, -1e-13, 2e-10, -0.1])
+    crossings = zero_crossings(velocity)
+    assert len(crossings) == 1
+    assert 4.0 <= crossings[0] <= 5.0
+
+
+def test_contacts_give_way_between_evenly_and_as_an_exponential() -> None:
+    travel = np.linspace(0.0, 4.0, 401)
+    assert to_go(travel, 0.0) == pytest.approx(np.maximum(2.0 - travel, 0.0))
+    assert to_go(travel, 1.0) == pytest.approx(2.0 * np.exp(-travel))
+    between = to_go(travel, 0.5)
+    assert np.gradient(between, travel)[50] == pytest.approx(-np.sqrt(between[50]), rel=1e-3)
+    assert to_go(travel, 0.999) == pytest.approx(to_go(travel, 1.0), abs=2e-3)
 
 
 def test_lag_of_the_contacts_keeps_the_turn_and_delays_it() -> None:

@@ -13,6 +13,7 @@ from gsense_fusion.identification.effects.statistical import Explanation, Seen, 
 from gsense_fusion.identification.homogeneity import homogeneity
 from gsense_fusion.identification.likelihood import Fit, Likelihood, solve
 from gsense_fusion.identification.predict import Prediction, Predictor
+from gsense_fusion.identification.refinement import of_its_own
 from gsense_fusion.identification.residual import WindowResidual, residuals
 from gsense_fusion.identification.selection import RIVAL_LOGLIK, Selection, template_sound
 from gsense_fusion.identification.sufficiency import FAMILIES, FAMILY_ALPHA, Symptom, find_symptoms, order_energy
@@ -100,7 +101,8 @@ def _refines(selection: Selection, best: Fit, found: Sequence[str], name: str) -
     if not effects[name].dynamic:
         return None
     gain = {n: selection.gain(best, n)[0] for n in found if effects[n].dynamic}
-    if gain[name] < REFINEMENT_PART * max(gain.values()):
+    largest = max(gain, key=lambda n: gain[n])
+    if gain[name] < REFINEMENT_PART * gain[largest] and not of_its_own(selection, best, name, largest):
         return f"{100 * REFINEMENT_PART:.0f} % of the strongest effect"
     family = effects[name].family
     alike = {n: g for n, g in gain.items() if family is not None and effects[n].family == family}

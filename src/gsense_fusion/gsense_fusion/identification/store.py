@@ -3,20 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
 from gsense_fusion.identification.campaign import DriverSource, RunData, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.types import FloatArray
 
 DELAY = "gyro_delay_s"
+KEPT_EFFECTS = 4
 
 
 def fields_of(effect: Effect) -> frozenset[str]:
     """Searched parameters on which an effect's columns depend: its own, and the gyro's delay where it moves."""
     own = frozenset(t.field for t in effect.templates) | frozenset(effect.fields)
     return own | {DELAY} if effect.dynamic else own
+
+
+class Designs:
+    """An effect's columns on a run, kept for a while: its rows in the common band and above are asked for in turn."""
+
+    def __init__(self, source: DriverSource, runs: int) -> None:
+        """Take the drivers, and of how many runs the columns of some effects are kept."""
+        self._source = source
+        self._kept = lru_cache(maxsize=KEPT_EFFECTS * runs)(self._made)
+
+    def of(self, effect: Effect, data: RunData, templates: Templates) -> Mixed:
+        """Columns on the run's whole grid; templates: of the effect's own fields."""
+        return self._kept(effect, data, templates)
+
+    def _made(self, effect: Effect, data: RunData, templates: Templates) -> Mixed:
+        return Mixed.of(effect.design(self._source.of(data, templates)))
 
 
 def design(effects: Sequence[Effect], source: DriverSource, data: RunData, templates: Templates) -> FloatArray:

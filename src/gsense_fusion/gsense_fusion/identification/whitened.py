@@ -19,11 +19,11 @@ from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.store import fields_of, means
+from gsense_fusion.identification.store import Designs, fields_of, means
 from gsense_fusion.identification.types import FloatArray, IntArray
 from gsense_fusion.identification.wideband import WideBand
 
-KEPT_ROWS = 80
+KEPT_ROWS = 160
 KEPT_GRAMS = 64
 
 
@@ -120,13 +120,13 @@ class WhitenedCampaign:
         self.campaign = campaign
         self.effects = effects
         self.columns = Columns.of(effects)
-        self._source = source
+        self._designs = Designs(source, len(campaign.fit))
         self._noise = noise
         self._blocks = [[w for r, w in cuts if r == number] for number in range(len(campaign.fit))]
         self._windows = [
             [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
         ]
-        self._wide = WideBand(campaign, source, noise, HIGHEST_HZ)
+        self._wide = WideBand(campaign, self._designs, noise, HIGHEST_HZ)
         self._rows: dict[tuple[str, Templates], _Rows] = {}
         self._means: dict[tuple[str, Templates], FloatArray] = {}
         self._cross: dict[tuple[str, Templates], FloatArray] = {}
@@ -151,7 +151,7 @@ class WhitenedCampaign:
                 del self._rows[oldest]
             rows, blocks, spread = [], [], []
             for number, data in enumerate(self.campaign.fit):
-                design = Mixed.of(effect.design(self._source.of(data, key[1])))
+                design = self._designs.of(effect, data, key[1])
                 rows.append(self._whiten(number, design.series))
                 blocks.append(_means(design, self._blocks[number]))
                 spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
@@ -163,7 +163,7 @@ class WhitenedCampaign:
         """Block means of one effect's columns, shape (b, 3, p)."""
         key = (effect.name, templates.only(fields_of(effect)))
         if key not in self._means:
-            designs = (Mixed.of(effect.design(self._source.of(r, key[1]))) for r in self.campaign.fit)
+            designs = (self._designs.of(effect, r, key[1]) for r in self.campaign.fit)
             self._means[key] = np.concatenate([_means(d, b) for d, b in zip(designs, self._blocks, strict=True)])
         return self._means[key]
 

@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gsense_fusion.identification.bins import Bins, axis_rows, rows_by_axis, window_bins
-from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
+from gsense_fusion.identification.campaign import Campaign, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.noise import NoiseModel
 from gsense_fusion.identification.response import Response
-from gsense_fusion.identification.store import DELAY, fields_of
+from gsense_fusion.identification.store import DELAY, Designs, fields_of
 from gsense_fusion.identification.types import FloatArray
 
 WIDEST_HZ = 80.0
@@ -31,12 +31,10 @@ KEPT = 32
 class WideBand:
     """Products of some effects' whitened columns with each other and with the measured rate, by fit run."""
 
-    def __init__(
-        self, campaign: Campaign, source: DriverSource, noise: Mapping[int, NoiseModel], above_hz: float
-    ) -> None:
+    def __init__(self, campaign: Campaign, designs: Designs, noise: Mapping[int, NoiseModel], above_hz: float) -> None:
         """Take the runs; nothing is computed before an effect with a wide band is asked for."""
         self._campaign = campaign
-        self._source = source
+        self._designs = designs
         self._noise = noise
         self._response = Response.of(noise, campaign.rate_hz)
         self._above = above_hz
@@ -89,7 +87,7 @@ class WideBand:
         if key not in self._rows:
             if len(self._rows) > KEPT:
                 self._rows.clear()
-            designs = (Mixed.of(effect.design(self._source.of(r, key[1]))) for r in self._campaign.fit)
+            designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
             self._rows[key] = tuple(self._columns(i, design) for i, design in enumerate(designs))
         return self._rows[key]
 

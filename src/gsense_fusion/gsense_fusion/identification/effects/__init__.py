@@ -11,7 +11,7 @@ from gsense_fusion.identification.effects.belt_tooth import (
     BeltToothDoubleAngle,
 )
 from gsense_fusion.identification.effects.bias_jump import BiasJump
-from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
+from gsense_fusion.identification.effects.friction_pickup import DragPickup, FrictionPickup, InertiaPickup
 from gsense_fusion.identification.effects.g_cubed import GCubed
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
@@ -36,6 +36,7 @@ REGRESSED: tuple[Effect, ...] = (
     *(wave(power) for power in range(3, HIGHEST_POWER + 1)),
     SpeedPickup(),
     FrictionPickup(),
+    DragPickup(),
     InertiaPickup(),
     GSquared(),
     GCubed(),

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion, per_axis, spec
+import numpy as np
+
+from gsense_fusion.identification.effects.base import (
+    Drivers,
+    Effect,
+    TemplateSpec,
+    lacks_motion,
+    per_axis,
+    spec,
+)
 from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.reversals import mean_direction
 from gsense_fusion.identification.types import Owner
+
+DRAG = "friction_drag"
 
 
 class FrictionPickup(Effect):
@@ -17,14 +28,41 @@ class FrictionPickup(Effect):
     source = "Coulomb friction sets the current of a motor in steady motion"
     parameters = spec("c_x c_y c_z", "rad/s", 1e-3)
     separating_run = "motor_beside_board"
+    fields = (DRAG,)
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
     def design(self, drivers: Drivers) -> Design:
-        """Direction on each axis, shape (n, 3, 3)."""
-        return per_axis(mean_direction(drivers.time, drivers.kinematics.velocity))
+        """Direction, and what drag adds to it, on each axis, shape (n, 3, 3)."""
+        speed = drivers.kinematics.velocity
+        return per_axis(mean_direction(drivers.time, speed) + drivers.templates.get(DRAG) * speed)
+
+
+class DragPickup(Effect):
+    """The same current overcomes viscous drag too: it acts in the same direction and needs no second effect.
+
+    It shapes the pick-up's own columns. A pick-up of the speed in another direction is one of its own.
+    """
+
+    name = "friction_pickup_drag"
+    owner = Owner.CHAIN
+    equation = "c (sign(v) + drag v)"
+    source = "grease and seals of the bearings: as much as dry friction at some m/s"
+    parameters = ()
+    templates = (TemplateSpec("drag", "s/m", DRAG, (0.15, 0.5, 1.5), 0.0, 5.0, 0.3, owns_effect=True, default=0.0),)
+    needs = ("friction_pickup",)
+    part_of = "friction_pickup"
+    bought = True
+
+    def missing(self, drivers: Drivers) -> str | None:
+        """What the pick-up needs."""
+        return lacks_motion(drivers)
+
+    def design(self, drivers: Drivers) -> Design:
+        """No columns, shape (n, 3, 0)."""
+        return np.zeros((len(drivers), 3, 0))
 
 
 class InertiaPickup(Effect):

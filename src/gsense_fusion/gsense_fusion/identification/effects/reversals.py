@@ -19,7 +19,7 @@ def zero_crossings(velocity: FloatArray) -> FloatArray:
     sign = np.sign(np.where(np.abs(velocity) < 1e-9, 1e-9, velocity))
     at = np.flatnonzero(sign[1:] != sign[:-1])
     v0, v1 = velocity[at], velocity[at + 1]
-    return np.asarray(at + v0 / (v0 - v1))
+    return np.asarray(at + np.clip(v0 / (v0 - v1), 0.0, 1.0))
 
 
 def mean_direction(time: FloatArray, velocity: FloatArray) -> FloatArray:
