@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsense_fusion.identification.metrics import AttitudeTrace, Rms
+from gsense_fusion.identification.errors.metrics import AttitudeTrace, Rms
 from gsense_fusion.identification.result import (
     Ellipse,
     Finding,

@@ -8,7 +8,7 @@ from math import pi
 import pytest
 from tests.fusion import report_results as made
 
-from gsense_fusion.identification.metrics import Rms
+from gsense_fusion.identification.errors.metrics import Rms
 from gsense_fusion.identification.types import Owner, Parameter
 from gsense_fusion.report.units import engineers, interval, number, probability, together
 from gsense_fusion.report.words import CORRECTIONS, TIMING, correction, grouped, one_sentence, separating_run

@@ -41,7 +41,7 @@ from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro  # no
 from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer  # noqa: E402
 from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns  # noqa: E402
 from gsense_fusion.identification.analysis import Analysis  # noqa: E402
-from gsense_fusion.identification.earth import Site  # noqa: E402
+from gsense_fusion.identification.motion.earth import Site  # noqa: E402
 from gsense_fusion.identification.types import Role  # noqa: E402
 
 HELD_OUT_PART = 0.15

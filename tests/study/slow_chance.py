@@ -27,9 +27,9 @@ from scipy.stats import binom  # noqa: E402
 from tests.study.simulator.markov import realise  # noqa: E402
 from tests.study.simulator.parameters import DEG, NoiseParameters  # noqa: E402
 
-from gsense_fusion.identification.alternatives import steps  # noqa: E402
-from gsense_fusion.identification.chance import Chance, chance  # noqa: E402
-from gsense_fusion.identification.slow import Blocks, SlowNoise  # noqa: E402
+from gsense_fusion.identification.likelihood.slow import Blocks, SlowNoise  # noqa: E402
+from gsense_fusion.identification.search.alternatives import steps  # noqa: E402
+from gsense_fusion.identification.search.chance import Chance, chance  # noqa: E402
 
 LEVELS = (0.1, 0.01, 0.001)
 BLOCK_S = 8.0

@@ -24,7 +24,7 @@ from gsense_fusion.compensation import CompensationFile, ScaleMisalignment
 from gsense_fusion.compensation.document import write_together
 from gsense_fusion.compensation.model import compensation_yaml
 from gsense_fusion.identification.analysis import Analysis
-from gsense_fusion.identification.earth import Site
+from gsense_fusion.identification.motion.earth import Site
 from gsense_fusion.identification.types import GRAVITY, IdentificationError, Role
 
 

@@ -14,9 +14,9 @@ from gsense_fusion.compensation.document import write_together
 from gsense_fusion.compensation.model import compensation_yaml
 from gsense_fusion.identification.analysis import Progress
 from gsense_fusion.identification.catalogue import CATALOGUE
-from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.engine import Settings, close_loop
+from gsense_fusion.identification.motion.earth import Site
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.report.document import report_json

@@ -15,7 +15,7 @@ from gsense_fusion.bags import load_run
 from gsense_fusion.calibrate import main
 from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro
 from gsense_fusion.compensation import GSensitivity, load_compensation
-from gsense_fusion.identification.earth import Site
+from gsense_fusion.identification.motion.earth import Site
 from gsense_fusion.identification.types import Role
 
 

@@ -13,7 +13,7 @@ from gsense_fusion.bags import load_run
 from gsense_fusion.calibrate import main
 from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns
 from gsense_fusion.compensation import AccelerometerCorrection, ScaleMisalignment, load_compensation
-from gsense_fusion.identification.integrity import clean_runs
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Role
 
 

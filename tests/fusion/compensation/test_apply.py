@@ -28,7 +28,7 @@ from gsense_fusion.compensation import (
     corrected_force,
 )
 from gsense_fusion.identification.campaign import lagged_temperature
-from gsense_fusion.identification.integrity import CleanRun
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import Role
 
 from .oracle import Oracle

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from tests.study.simulator import Disturbance, PlannedRun
 
-from gsense_fusion.identification.alignment import TOLERANCE, Tolerance
 from gsense_fusion.identification.effects.base import Drivers
 from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
-from gsense_fusion.identification.motion import Kinematics
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.likelihood.alignment import TOLERANCE, Tolerance
+from gsense_fusion.identification.motion.carriage import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
 
 from .sessions import BASE, SHORT, analysed, finding, made, names
 

@@ -12,9 +12,9 @@ from tests.study.simulator import simulate
 from tests.study.simulator.parameters import DEG, NoiseParameters
 from tests.study.slow_chance import KINDS, best_alternative, session
 
-from gsense_fusion.identification.alternatives import step_places, steps
-from gsense_fusion.identification.motion_drift import motion_walk
-from gsense_fusion.identification.slow import Blocks
+from gsense_fusion.identification.likelihood.slow import Blocks
+from gsense_fusion.identification.search.alternatives import step_places, steps
+from gsense_fusion.identification.verdict.motion_drift import motion_walk
 
 SESSIONS = 6
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gsense_fusion.identification import claims
+from gsense_fusion.identification.verdict import claims
 
 LEANS_ON = {"belt_tilt": "rail_curvature", "speed_pickup": "belt_tilt", "g_squared": None}
 

@@ -16,7 +16,7 @@ from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.campaign import Campaign
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.recording.rail_scale import RailScale, rail_scale
 from gsense_fusion.identification.types import Owner
 from gsense_fusion.report.figures import figures

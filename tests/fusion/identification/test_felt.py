@@ -19,12 +19,12 @@ from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.rail_curvature import RailCurvature
 from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
 from gsense_fusion.identification.engine import analyse
-from gsense_fusion.identification.felt import ForceChannel
-from gsense_fusion.identification.harmonics import Kinematics
-from gsense_fusion.identification.integrity import clean_runs
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.felt.channel import ForceChannel
+from gsense_fusion.identification.likelihood.whitened import Columns
+from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Role
-from gsense_fusion.identification.whitened import Columns
 
 SWEEP = SessionParameters(seed=1, plan=sweep_plan(1), chain=ChainParameters(rate_hz=62.5, filter_hz=20.0))
 """Bow and pick-up act about the rail's x and y axes for the most part: about z gravity does not tell them apart."""

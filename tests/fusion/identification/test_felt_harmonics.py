@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.identification.felt_harmonics import with_felt_orders
-from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.motion import CarriageMotion
+from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.motion.felt_harmonics import with_felt_orders
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import FloatArray, Role
 
 from .sessions import BASE, analysed, names

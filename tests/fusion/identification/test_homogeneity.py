@@ -10,11 +10,11 @@ from gsense_fusion.identification.campaign import DriverSource, build_campaign
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
-from gsense_fusion.identification.homogeneity import Homogeneity, homogeneity
-from gsense_fusion.identification.integrity import clean_runs
-from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.rest import noise_at_rest
+from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.noise.rest import noise_at_rest
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Role
+from gsense_fusion.identification.verdict.homogeneity import Homogeneity, homogeneity
 
 from .sessions import made
 

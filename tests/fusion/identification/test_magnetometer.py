@@ -16,8 +16,8 @@ from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.magnetic import MagMotor, MagPosition
 from gsense_fusion.identification.effects.recorded import Recording, Seen, look_at
 from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.integrity import clean_runs
 from gsense_fusion.identification.recording.clock import on_one_clock
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Owner, Role
 from gsense_fusion.report.document import report_document
 from gsense_fusion.report.figures import figures

@@ -18,11 +18,11 @@ from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.effects.g_resonance import resonant
 from gsense_fusion.identification.effects.reversals import rock_rate
 from gsense_fusion.identification.effects.speed_noise import _slope
-from gsense_fusion.identification.integrity import clean_runs, clipped
-from gsense_fusion.identification.motion import CarriageMotion
-from gsense_fusion.identification.noise import fit_noise
+from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.noise.spectrum import fit_noise
+from gsense_fusion.identification.recording.integrity import clean_runs, clipped
 from gsense_fusion.identification.recording.stamps import grid_index
-from gsense_fusion.identification.stillness import distinct_poses, expand_still, still_stretches
+from gsense_fusion.identification.recording.stillness import distinct_poses, expand_still, still_stretches
 from gsense_fusion.identification.types import IdentificationError, Role
 
 from .sessions import BASE, made

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gsense_fusion.identification.harmonics import fit_harmonics
-from gsense_fusion.identification.phasors import normal_matrix, phasors
+from gsense_fusion.identification.motion.harmonics import fit_harmonics
+from gsense_fusion.identification.motion.phasors import normal_matrix, phasors
 
 TIME = np.sort(np.random.default_rng(1).uniform(-20.0, 20.0, 3000))
 W = 2.3

@@ -14,7 +14,7 @@ from tests.study.simulator.parameters import DEG, ChainParameters
 from gsense_fusion.compensation import rail_power
 from gsense_fusion.identification.effects.base import Drivers, parts_of
 from gsense_fusion.identification.effects.rail_curvature import wave
-from gsense_fusion.identification.harmonics import Kinematics
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.report.outputs import compensation
 
 from .sessions import BASE, BOW, analysed, finding, made, names

@@ -16,8 +16,8 @@ from gsense_fusion.bags.run import LinkCounts, Run
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.quantization import noise_before_rounding
 from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.integrity import clean_runs
 from gsense_fusion.identification.recording.clock import Skew, on_one_clock
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.recording.lattice import lattice_step
 from gsense_fusion.identification.recording.stamps import grid_index, look_at_stamps
 from gsense_fusion.identification.types import Owner, Role

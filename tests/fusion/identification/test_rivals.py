@@ -8,19 +8,17 @@ from typing import Any
 import pytest
 
 from gsense_fusion.identification.effects import REGRESSED
-from gsense_fusion.identification.selection import Candidate, Selection
+from gsense_fusion.identification.search.selection import Candidate, Selection
 
 NAMES = ("g_resonance", "belt_tilt", "jerk_coupling", "speed_pickup")
 
 
 def _selection(fits: dict[str, tuple[float, float]]) -> tuple[Selection, Any]:
     """A search that is over: twice the log-likelihood and the score of each effect alone."""
-    made = Selection.__new__(Selection)
-    made.effects = {e.name: e for e in REGRESSED if e.name in NAMES}
-    made.declared, made.bought = frozenset(), frozenset()
+    effects = [e for e in REGRESSED if e.name in NAMES]
+    made = Selection(SimpleNamespace(effects=effects), frozenset())  # type: ignore[arg-type]
     fit = {n: SimpleNamespace(names=frozenset({n}), best_loglik=double / 2) for n, (double, _) in fits.items()}
     made._memory = {frozenset({n}): Candidate(fit[n], score) for n, (_, score) in fits.items()}  # type: ignore[arg-type]
-    made._rough = {}
     return made, fit
 
 

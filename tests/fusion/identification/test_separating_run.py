@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from gsense_fusion.identification.assembly import _separating_run
+from gsense_fusion.identification.outcome.findings import _separating_run
 
 
 def _session(*along: tuple[float, float, float]) -> Any:

@@ -10,11 +10,11 @@ import pytest
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG
 
-from gsense_fusion.identification.alternatives import motion_offsets, p_beside
 from gsense_fusion.identification.analysis import Analysis
-from gsense_fusion.identification.claims import SLOW_ALPHA
 from gsense_fusion.identification.engine import analyse
+from gsense_fusion.identification.search.alternatives import motion_offsets, p_beside
 from gsense_fusion.identification.types import Role
+from gsense_fusion.identification.verdict.claims import SLOW_ALPHA
 
 from .sessions import SETTINGS, made
 

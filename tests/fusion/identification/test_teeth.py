@@ -14,9 +14,9 @@ from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.base import Drivers
 from gsense_fusion.identification.effects.fine import fine_motion
 from gsense_fusion.identification.engine import Settings
-from gsense_fusion.identification.motion import Kinematics
-from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.response import Response
+from gsense_fusion.identification.motion.carriage import Kinematics
+from gsense_fusion.identification.noise.response import Response
+from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, SETTINGS, analysed, finding, made, names

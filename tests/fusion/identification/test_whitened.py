@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.analysis import Settings
-from gsense_fusion.identification.bins import window_bins
 from gsense_fusion.identification.campaign import DriverSource, build_campaign
 from gsense_fusion.identification.effects.base import Effect, Templates, per_axis
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.engine import decidable
-from gsense_fusion.identification.integrity import clean_runs
-from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.response import Response
-from gsense_fusion.identification.rest import noise_at_rest
-from gsense_fusion.identification.store import design
+from gsense_fusion.identification.likelihood.bins import window_bins
+from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.likelihood.store import design
+from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
+from gsense_fusion.identification.noise.response import Response
+from gsense_fusion.identification.noise.rest import noise_at_rest
+from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Role
-from gsense_fusion.identification.whitened import project_out_slow, whiten
 
 from .sessions import BOW, made
 

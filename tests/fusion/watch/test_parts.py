@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import kstest
 
 from gsense_fusion.identification.effects.base import Drivers
-from gsense_fusion.identification.harmonics import Kinematics
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.watch.history import History
 from gsense_fusion.watch.levels import Level, Levels
 from gsense_fusion.watch.orders import order_energies

@@ -10,8 +10,8 @@ from tests.study.simulator.parameters import Disturbance
 from gsense_fusion.compensation import ReferenceTerm
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers
-from gsense_fusion.identification.harmonics import Kinematics
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.watch import Watcher
 from gsense_fusion.watch.reference import true_rate
 

@@ -11,14 +11,15 @@ import numpy as np
 from gsense_fusion.bags.run import Run
 from gsense_fusion.compensation import CompensationFile, GCubed, GSensitivity, GSquared, Matrix, Term
 from gsense_fusion.identification.analysis import Analysis, Settings
-from gsense_fusion.identification.assembly import assemble, effect_parameters, significant
 from gsense_fusion.identification.campaign import DriverSource
-from gsense_fusion.identification.earth import EARTH_RATE, Site
 from gsense_fusion.identification.effects.base import parts_of
 from gsense_fusion.identification.engine import analyse
-from gsense_fusion.identification.folds import make_folds
-from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.metrics import Held, band_rms, pose_floor, pose_rms
+from gsense_fusion.identification.errors.folds import make_folds
+from gsense_fusion.identification.errors.metrics import Held, band_rms, pose_floor, pose_rms
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.motion.earth import EARTH_RATE, Site
+from gsense_fusion.identification.outcome.assembly import assemble
+from gsense_fusion.identification.outcome.parameters import effect_parameters, significant
 from gsense_fusion.identification.types import GRAVITY, FloatArray, IdentificationError, Role
 from gsense_fusion.report.outputs import compensation
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsense_fusion.identification.likelihood import Fit, Likelihood
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.types import FloatArray, IntArray
 
 PERMUTATIONS = 999

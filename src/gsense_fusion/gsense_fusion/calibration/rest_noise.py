@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from gsense_fusion.bags.run import Run
 from gsense_fusion.bags.topics import raw_topic, sensor_name
 from gsense_fusion.identification.campaign import build_campaign
-from gsense_fusion.identification.integrity import CleanRun, clean_runs
-from gsense_fusion.identification.stillness import still_stretches
+from gsense_fusion.identification.recording.integrity import CleanRun, clean_runs
+from gsense_fusion.identification.recording.stillness import still_stretches
 from gsense_fusion.identification.types import AXES, IdentificationError, Role
 
 from .allan import NoiseParameters, noise_parameters, pooled_density

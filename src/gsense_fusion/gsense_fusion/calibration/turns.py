@@ -21,8 +21,8 @@ from scipy.stats import norm, t
 
 from gsense_fusion.compensation import AccelerometerCorrection, Matrix
 from gsense_fusion.compiling import kernel
-from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.stillness import still_stretches
+from gsense_fusion.identification.recording.integrity import CleanRun
+from gsense_fusion.identification.recording.stillness import still_stretches
 
 FloatArray = NDArray[np.float64]
 LONGEST_S = 40.0

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 
 from gsense_fusion.identification.campaign import Campaign
 from gsense_fusion.identification.catalogue import CATALOGUE
-from gsense_fusion.identification.claims import Claims
-from gsense_fusion.identification.earth import Site
 from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.effects.recorded import Seen
-from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.metrics import Held
-from gsense_fusion.identification.noise import NoiseModel
-from gsense_fusion.identification.selection import Selection
+from gsense_fusion.identification.errors.metrics import Held
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.motion.earth import Site
+from gsense_fusion.identification.noise.spectrum import NoiseModel
+from gsense_fusion.identification.recording.integrity import CleanRun
+from gsense_fusion.identification.search.selection import Selection
+from gsense_fusion.identification.verdict.claims import Claims
 
 UNDECIDED = "could not be decided"
 Progress = Callable[[str, float], None]

@@ -13,11 +13,10 @@ from scipy.signal import lfilter
 
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.design import RailForce
-from gsense_fusion.identification.felt_harmonics import with_felt_orders
-from gsense_fusion.identification.harmonics import Kinematics
-from gsense_fusion.identification.integrity import CleanRun
-from gsense_fusion.identification.motion import CarriageMotion
-from gsense_fusion.identification.mounting import (
+from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.motion.felt_harmonics import with_felt_orders
+from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.motion.mounting import (
     NOMINAL,
     Delay,
     Mounting,
@@ -27,8 +26,9 @@ from gsense_fusion.identification.mounting import (
     run_delays,
     run_geometry,
 )
-from gsense_fusion.identification.response import Response
-from gsense_fusion.identification.turned_delays import without_turns
+from gsense_fusion.identification.motion.turned_delays import without_turns
+from gsense_fusion.identification.noise.response import Response
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import BoolArray, FloatArray, Role
 
 TEMPERATURE_REFERENCE = 25.0

@@ -6,34 +6,29 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from gsense_fusion.bags.run import Run
-from gsense_fusion.identification.aliases import with_aliases
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
-from gsense_fusion.identification.assembly import assemble
-from gsense_fusion.identification.campaign import (
-    MIN_MOVING_S,
-    MIN_STILL_S,
-    Campaign,
-    DriverSource,
-)
+from gsense_fusion.identification.campaign import MIN_MOVING_S, MIN_STILL_S, Campaign, DriverSource
 from gsense_fusion.identification.catalogue import RECORDED
-from gsense_fusion.identification.claims import Claims, judge
-from gsense_fusion.identification.earth import without_earth_rate
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.quantization import Rounding, rounding
 from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, look_at
 from gsense_fusion.identification.effects.statistical import StatisticalEffect
-from gsense_fusion.identification.folds import make_folds
-from gsense_fusion.identification.integrity import CleanRun, clean_runs
-from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.mounting import NOMINAL, wandering_delay
-from gsense_fusion.identification.noise import at_least
+from gsense_fusion.identification.errors.folds import make_folds
+from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.motion.earth import without_earth_rate
+from gsense_fusion.identification.motion.mounting import NOMINAL, wandering_delay
+from gsense_fusion.identification.noise.response import Response
+from gsense_fusion.identification.noise.rest import noise_at_rest
+from gsense_fusion.identification.noise.spectrum import at_least
+from gsense_fusion.identification.outcome.assembly import assemble
 from gsense_fusion.identification.recording.clock import on_one_clock
-from gsense_fusion.identification.response import Response
-from gsense_fusion.identification.rest import noise_at_rest
+from gsense_fusion.identification.recording.integrity import CleanRun, clean_runs
+from gsense_fusion.identification.recording.stillness import expand_still
 from gsense_fusion.identification.result import LoopResult
-from gsense_fusion.identification.selection import Selection
-from gsense_fusion.identification.stillness import expand_still
+from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import IdentificationError, Role
+from gsense_fusion.identification.verdict.aliases import with_aliases
+from gsense_fusion.identification.verdict.claims import Claims, judge
 
 __all__ = ["Settings", "analyse", "close_loop"]
 

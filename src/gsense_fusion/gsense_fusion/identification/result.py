@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsense_fusion.identification.metrics import AttitudeTrace, Rms
+from gsense_fusion.identification.errors.metrics import AttitudeTrace, Rms
 from gsense_fusion.identification.recording.curve import Curve
 from gsense_fusion.identification.types import FloatArray, Owner, Parameter
 

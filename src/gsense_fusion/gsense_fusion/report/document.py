@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
-from gsense_fusion.identification.metrics import Rms
+from gsense_fusion.identification.errors.metrics import Rms
 from gsense_fusion.identification.result import Finding, LoopResult, RunSummary
 from gsense_fusion.identification.types import Parameter
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import PurePath
 
-from gsense_fusion.identification.metrics import Rms
+from gsense_fusion.identification.errors.metrics import Rms
 from gsense_fusion.identification.result import Finding, LoopResult, RunSummary
 from gsense_fusion.identification.types import AXES, Parameter
 from gsense_fusion.report.units import DEG, engineers, interval, number, probability, together

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import pi
 
 from gsense_fusion.identification.analysis import UNDECIDED
-from gsense_fusion.identification.metrics import Rms
+from gsense_fusion.identification.errors.metrics import Rms
 from gsense_fusion.identification.result import EFFECTS_FOUND, NOTHING_MISSING, Finding, LoopResult, Unexplained
 from gsense_fusion.identification.types import Owner, Parameter
 from gsense_fusion.report.units import DEG, interval, number, probability, together

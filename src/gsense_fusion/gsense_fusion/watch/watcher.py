@@ -10,8 +10,8 @@ import numpy as np
 from gsense_fusion.compensation import ReferenceTerm
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers, Effect
-from gsense_fusion.identification.harmonics import Kinematics
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 from .history import History

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers
-from gsense_fusion.identification.motion import CarriageMotion, Interval
-from gsense_fusion.identification.mounting import Mounting, force_geometry
+from gsense_fusion.identification.motion.carriage import CarriageMotion, Interval
+from gsense_fusion.identification.motion.mounting import Mounting, force_geometry
 from gsense_fusion.identification.types import FloatArray
 
 MIN_PERIODS = 4.0

@@ -11,9 +11,9 @@ from typing import ClassVar
 import numpy as np
 
 from gsense_fusion.identification.effects.design import Design, Mixed, RailForce
-from gsense_fusion.identification.harmonics import Kinematics
-from gsense_fusion.identification.mounting import Mounting
-from gsense_fusion.identification.response import Response
+from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
+from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner, Parameter
 
 UNIFORM = 1e-6

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
-from gsense_fusion.identification.motion_drift import motion_drift
-from gsense_fusion.identification.residual import WindowResidual
 from gsense_fusion.identification.types import AXES, Owner, Parameter
+from gsense_fusion.identification.verdict.motion_drift import motion_drift
+from gsense_fusion.identification.verdict.residual import WindowResidual
 
 
 class BiasDrift(StatisticalEffect):

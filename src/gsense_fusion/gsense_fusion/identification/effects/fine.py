@@ -8,7 +8,7 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from gsense_fusion.identification.effects.base import Drivers
-from gsense_fusion.identification.response import Response
+from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.types import FloatArray
 
 FINE_HZ = 800.0

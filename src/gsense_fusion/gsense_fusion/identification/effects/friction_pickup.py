@@ -4,14 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsense_fusion.identification.effects.base import (
-    Drivers,
-    Effect,
-    TemplateSpec,
-    lacks_motion,
-    per_axis,
-    spec,
-)
+from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, lacks_motion, per_axis, spec
 from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.reversals import mean_direction
 from gsense_fusion.identification.types import Owner

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
-from gsense_fusion.identification.residual import WindowResidual
-from gsense_fusion.identification.sufficiency import strongest_line
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, Owner, Parameter
+from gsense_fusion.identification.verdict.residual import WindowResidual
+from gsense_fusion.identification.verdict.sufficiency import strongest_line
 
 EVERYWHERE = 0.7
 """Part of the windows in motion that must have the tone: a line of one run alone is something else."""

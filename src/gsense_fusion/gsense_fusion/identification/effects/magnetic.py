@@ -10,13 +10,7 @@ from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.recorded import Reading, RecordedEffect, Recording, Seen
 from gsense_fusion.identification.recording.curve import Curve
-from gsense_fusion.identification.recording.magnetometer import (
-    HIGHEST_ORDER,
-    LAGS_S,
-    PROXIES,
-    FieldFit,
-    Magnetometer,
-)
+from gsense_fusion.identification.recording.magnetometer import HIGHEST_ORDER, LAGS_S, PROXIES, FieldFit, Magnetometer
 from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
 
 SURE = 40.0

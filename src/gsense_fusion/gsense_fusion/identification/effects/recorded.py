@@ -14,9 +14,9 @@ import numpy as np
 from gsense_fusion.identification.campaign import Campaign
 from gsense_fusion.identification.effects.base import Drivers, Effect
 from gsense_fusion.identification.effects.design import Design
-from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.recording.clock import Skew
 from gsense_fusion.identification.recording.curve import Curve
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import Parameter
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from gsense_fusion.identification.campaign import LONG_GAP_S
 from gsense_fusion.identification.effects.recorded import Reading, RecordedEffect, Recording, Seen
-from gsense_fusion.identification.integrity import CleanRun
 from gsense_fusion.identification.recording.curve import Curve
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import Owner, Parameter
 
 USUAL_PART = 0.01

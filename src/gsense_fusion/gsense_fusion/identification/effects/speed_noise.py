@@ -10,9 +10,9 @@ from scipy.stats import norm
 
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
-from gsense_fusion.identification.likelihood import Likelihood
-from gsense_fusion.identification.residual import WindowResidual
+from gsense_fusion.identification.likelihood.model import Likelihood
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray, Owner, Parameter
+from gsense_fusion.identification.verdict.residual import WindowResidual
 
 LOWEST_HZ = 5.0
 BLOCK_S = 0.1

@@ -10,9 +10,9 @@ import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_motion
 from gsense_fusion.identification.effects.design import Design
-from gsense_fusion.identification.likelihood import Fit, Likelihood
-from gsense_fusion.identification.residual import WindowResidual
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.types import Parameter
+from gsense_fusion.identification.verdict.residual import WindowResidual
 
 
 @dataclass(frozen=True)

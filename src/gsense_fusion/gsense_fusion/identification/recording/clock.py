@@ -9,8 +9,8 @@ import numpy as np
 from scipy.stats import norm, t
 
 from gsense_fusion.identification.campaign import Campaign, RunData, build_campaign
-from gsense_fusion.identification.harmonics import Harmonics, least_squares
-from gsense_fusion.identification.integrity import CleanRun
+from gsense_fusion.identification.motion.harmonics import Harmonics, least_squares
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.recording.rough_clock import rough_skew
 from gsense_fusion.identification.types import FloatArray
 

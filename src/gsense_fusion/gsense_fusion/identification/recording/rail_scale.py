@@ -16,7 +16,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from gsense_fusion.identification.campaign import Campaign, RunData
-from gsense_fusion.identification.mounting import Mounting
+from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.types import FloatArray
 
 SCALES = slice(0, 3)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 
-from gsense_fusion.identification.integrity import CleanRun
+from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import FloatArray
 
 FEWEST_RUNS = 4

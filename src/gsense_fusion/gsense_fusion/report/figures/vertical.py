@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from matplotlib.figure import Figure as Drawing
 
-from gsense_fusion.identification.metrics import AttitudeTrace
+from gsense_fusion.identification.errors.metrics import AttitudeTrace
 from gsense_fusion.report.figures.canvas import COLOURS, LABELS, Models, envelope, legend, panels
 from gsense_fusion.report.units import DEG
 

@@ -1,0 +1,1 @@
+"""Errors before and after, on runs that were not fitted."""

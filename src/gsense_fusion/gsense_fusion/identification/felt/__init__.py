@@ -1,0 +1,1 @@
+"""What the accelerometer feels of a carriage that turns."""

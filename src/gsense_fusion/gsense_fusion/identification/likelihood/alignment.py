@@ -1,0 +1,95 @@
+"""Gyro scale, cross-axis sensitivity and imperfect mounting: why a true rotation is not seen alike in every mounting.
+
+They cannot be fitted on a carriage that hardly turns, but where the rig does turn (a bowed rail) they change what the
+gyro shows of it by some per cent, differently in each mounting. The parameters of the rig's rotations may therefore
+differ from mounting to mounting by a Gaussian tolerance, which is integrated out; it widens their intervals by what
+nobody can know.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gsense_fusion.identification.likelihood.whitened import Gram
+from gsense_fusion.identification.types import FloatArray, IntArray
+
+TOLERANCE = 0.04
+"""Gyro scale 3 %, cross-axis 2 %, accelerometer cross-axis 2 %, root-summed (InvenSense PS-MPU-6000A-00 rev 3.4)."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Prior variance of each column's difference between mountings; only columns of the rig's rotations have one."""
+
+    columns: IntArray
+    """Shape (r,)."""
+    variance: FloatArray
+    """Shape (r,)."""
+
+    @staticmethod
+    def of(square: FloatArray, groups: tuple[IntArray, ...], used: IntArray) -> Tolerance:
+        """From expected squares of the coefficients (P,); a vector's components (a group) mix and share its length.
+
+        Expected: with their variance. A component that is not known may be large, and then so is what a mounting that
+        is off by a degree makes of it; taken for small, it would be known from those degrees.
+
+        `used`: the columns of the model; others have no tolerance.
+        """
+        columns: list[int] = []
+        variance: list[float] = []
+        for group in groups:
+            size = float(np.sum(square[group]))
+            if size > 0 and np.isin(group, used).all():
+                columns.extend(int(c) for c in group)
+                variance.extend([TOLERANCE**2 * size] * len(group))
+        return Tolerance(np.array(columns, dtype=np.int64), np.array(variance))
+
+    def among(self, index: IntArray) -> Tolerance:
+        """The same with the columns counted among those of `index` (k,), which increase."""
+        return Tolerance(np.searchsorted(index, self.columns), self.variance)
+
+
+@dataclass(frozen=True)
+class Marginal:
+    """Normal equations of one mounting with its difference integrated out."""
+
+    gram: Gram
+    logdet: float
+    inverse: FloatArray
+    """(S^-1 + X'X)^-1 on the tolerance's columns, shape (r, r)."""
+
+
+def marginalise(gram: Gram, tolerance: Tolerance) -> Marginal:
+    """Integrate the difference of one mounting out of its normal equations."""
+    r = tolerance.columns
+    if len(r) == 0:
+        return Marginal(gram, 0.0, np.zeros((0, 0)))
+    own = gram.xx[np.ix_(r, r)]
+    inverse = np.linalg.inv(np.diag(1.0 / tolerance.variance) + own)
+    cross = gram.xx[:, r]
+    reduced = Gram(
+        gram.xx - cross @ inverse @ cross.T,
+        gram.xy - cross @ inverse @ gram.xy[r],
+        gram.yy - float(gram.xy[r] @ inverse @ gram.xy[r]),
+        gram.rows,
+    )
+    root = np.sqrt(tolerance.variance)
+    logdet = float(np.linalg.slogdet(np.eye(len(r)) + root[:, None] * own * root[None])[1])
+    return Marginal(reduced, logdet, inverse)
+
+
+def differences(
+    grams: Mapping[int, Gram], marginals: Mapping[int, Marginal], tolerance: Tolerance, beta: FloatArray
+) -> dict[int, FloatArray]:
+    """Posterior mean of each mounting's difference from the common coefficients, shape (P,)."""
+    out: dict[int, FloatArray] = {}
+    r = tolerance.columns
+    for mounting, gram in grams.items():
+        delta = np.zeros(len(beta))
+        if len(r):
+            delta[r] = marginals[mounting].inverse @ (gram.xy[r] - gram.xx[r] @ beta)
+        out[mounting] = delta
+    return out

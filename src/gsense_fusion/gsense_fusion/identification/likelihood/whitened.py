@@ -1,0 +1,312 @@
+"""Fast part of the likelihood: whitened regressors of each moving window, reduced to small Gram matrices per run.
+
+In the frequency domain stationary noise is independent from bin to bin, so generalised least squares is a division by
+the square root of the spectrum. Constant, slope and curvature of each window are projected out: slow things are the
+business of `slow`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations_with_replacement
+
+import numpy as np
+from scipy.fft import rfft
+
+from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
+from gsense_fusion.identification.likelihood.bins import HIGHEST_HZ, Bins, axis_rows, rows_by_axis, window_bins
+from gsense_fusion.identification.likelihood.store import Designs, fields_of, means
+from gsense_fusion.identification.likelihood.wideband import WideBand
+from gsense_fusion.identification.noise.spectrum import NoiseModel
+from gsense_fusion.identification.types import FloatArray, IntArray
+
+KEPT_ROWS = 160
+KEPT_GRAMS = 64
+
+
+@dataclass(frozen=True)
+class Gram:
+    """Sums of a linear least-squares problem with unit noise: X'X, X'y, y'y and the number of rows."""
+
+    xx: FloatArray
+    xy: FloatArray
+    yy: float
+    rows: int
+
+    def __add__(self, other: Gram) -> Gram:
+        return Gram(self.xx + other.xx, self.xy + other.xy, self.yy + other.yy, self.rows + other.rows)
+
+    def part(self, index: IntArray) -> Gram:
+        """Of some columns."""
+        return Gram(self.xx[index[:, None], index], self.xy[index], self.yy, self.rows)
+
+    @staticmethod
+    def zero(p: int) -> Gram:
+        """No data yet."""
+        return Gram(np.zeros((p, p)), np.zeros(p), 0.0, 0)
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Where each effect's parameters stand among the columns."""
+
+    start: Mapping[str, int]
+    count: Mapping[str, int]
+    total: int
+    plausible: FloatArray
+    """Plausible size of each parameter, shape (P,)."""
+
+    @staticmethod
+    def of(effects: tuple[Effect, ...]) -> Columns:
+        """Lay the effects out one after the other."""
+        start, count, total = {}, {}, 0
+        plausible: list[float] = []
+        for effect in effects:
+            start[effect.name] = total
+            count[effect.name] = len(effect.parameters)
+            total += len(effect.parameters)
+            plausible.extend(p.plausible for p in effect.parameters)
+        return Columns(start, count, total, np.array(plausible))
+
+    def vectors(self, effects: tuple[Effect, ...]) -> tuple[IntArray, ...]:
+        """Columns of each vector parameter (same effect, same unit) of some effects."""
+        out: list[IntArray] = []
+        for effect in effects:
+            units = [p.unit for p in effect.parameters]
+            for unit in dict.fromkeys(units):
+                own = [self.start[effect.name] + i for i, u in enumerate(units) if u == unit]
+                out.append(np.array(own, dtype=np.int64))
+        return tuple(out)
+
+    def index(self, names: frozenset[str]) -> IntArray:
+        """Column numbers of a set of effects."""
+        picked = [np.arange(self.start[n], self.start[n] + self.count[n]) for n in self.start if n in names]
+        return np.concatenate(picked).astype(np.int64) if picked else np.zeros(0, dtype=np.int64)
+
+
+def whiten(series: FloatArray, bins: Bins) -> FloatArray:
+    """Rows of unit variance from series of shape (n, 3, k): shape (2 * bins, 3, k), real parts first."""
+    spectrum = rfft(series, axis=0)[bins.keep] * bins.weight[:, :, None]
+    return np.concatenate([spectrum.real, spectrum.imag], axis=0)
+
+
+def project_out_slow(rows: FloatArray, bins: Bins) -> FloatArray:
+    """Remove a constant, a slope and a curvature per axis from whitened rows (2 * bins, 3, k)."""
+    out = np.empty_like(rows)
+    for axis, q in enumerate(bins.slow):
+        out[:, axis, :] = rows[:, axis, :] - q @ (q.T @ rows[:, axis, :])
+    return out
+
+
+class WhitenedCampaign:
+    """Gram matrices of the moving windows of the fit runs, and block means, for any template values.
+
+    An effect's columns depend on its own templates and the gyro's delay only, so a new value of one template costs the
+    series of one effect: their products with all others by axis, spread over the parameters afterwards.
+    """
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        source: DriverSource,
+        effects: tuple[Effect, ...],
+        noise: Mapping[int, NoiseModel],
+        cuts: Sequence[tuple[int, Window]],
+    ) -> None:
+        """Take what the columns are made of; `cuts`: blocks of the fit runs, in order of the runs' numbers."""
+        self.campaign = campaign
+        self.effects = effects
+        self.columns = Columns.of(effects)
+        self._designs = Designs(source, len(campaign.fit))
+        self._noise = noise
+        self._blocks = [[w for r, w in cuts if r == number] for number in range(len(campaign.fit))]
+        self._windows = [
+            [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
+        ]
+        self._wide = WideBand(campaign, self._designs, noise, HIGHEST_HZ)
+        self._rows: dict[tuple[str, Templates], _Rows] = {}
+        self._means: dict[tuple[str, Templates], FloatArray] = {}
+        self._cross: dict[tuple[str, Templates], FloatArray] = {}
+        self._grams: dict[frozenset[tuple[str, Templates]], _Grams] = {}
+        measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
+        # terms that have to be bought are made when the search asks for them
+        default = [self._none(e, measured) if e.bought else self.rows(e, Templates()) for e in effects]
+        self._stack = [np.concatenate([*(d.rows[i] for d in default), y], axis=2) for i, y in enumerate(measured)]
+        self._spread = _spread_beside([d.spread for d in default], len(campaign.fit), [*noise])
+        self._base = self._summed(self._default_grams(measured))
+        self._sums = np.array([g.xx for g in self._base.runs]), np.array([g.xy for g in self._base.runs])
+
+    def rows(self, effect: Effect, templates: Templates) -> _Rows:
+        """Whitened series of one effect on each fit run."""
+        key = (effect.name, templates.only(fields_of(effect)))
+        if key in self._rows:
+            if key[1].values:  # the latest used stand last
+                self._rows[key] = self._rows.pop(key)
+        else:
+            oldest = next((k for k in self._rows if k[1].values), None)
+            if len(self._rows) > KEPT_ROWS and oldest is not None:
+                del self._rows[oldest]
+            rows, blocks, spread = [], [], []
+            for number, data in enumerate(self.campaign.fit):
+                design = self._designs.of(effect, data, key[1])
+                rows.append(self._whiten(number, design.series))
+                blocks.append(_means(design, self._blocks[number]))
+                spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
+            self._rows[key] = _Rows(tuple(rows), np.array(spread))
+            self._means[key] = np.concatenate(blocks)
+        return self._rows[key]
+
+    def block_means(self, effect: Effect, templates: Templates) -> FloatArray:
+        """Block means of one effect's columns, shape (b, 3, p)."""
+        key = (effect.name, templates.only(fields_of(effect)))
+        if key not in self._means:
+            designs = (self._designs.of(effect, r, key[1]) for r in self.campaign.fit)
+            self._means[key] = np.concatenate([_means(d, b) for d, b in zip(designs, self._blocks, strict=True)])
+        return self._means[key]
+
+    def _none(self, effect: Effect, measured: Sequence[FloatArray]) -> _Rows:
+        """No series, and so columns of zeros."""
+        spread = np.zeros((len(measured), len(self._noise), 0, len(effect.parameters)))
+        return _Rows(tuple(y[:, :, :0] for y in measured), spread)
+
+    def grams(self, templates: Templates, names: frozenset[str] | None = None) -> tuple[Gram, ...]:
+        """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
+        return self._found(templates, names).runs
+
+    def mounting_grams(self, templates: Templates, names: frozenset[str] | None = None) -> Mapping[int, Gram]:
+        """The same in sum by mounting (-1 where it is unknown), for those in which a run moves."""
+        return self._found(templates, names).mountings
+
+    def _found(self, templates: Templates, names: frozenset[str] | None) -> _Grams:
+        wanted = [e for e in self.effects if names is None or e.name in names]
+        own = {e.name: templates.only(fields_of(e)) for e in wanted}
+        changed = [e for e in wanted if own[e.name].values or (names is not None and (e.wide_band or e.bought))]
+        key = frozenset((e.name, own[e.name]) for e in changed)
+        if not changed:
+            return self._base
+        if key in self._grams:
+            self._grams[key] = self._grams.pop(key)
+        else:
+            if len(self._grams) > KEPT_GRAMS:
+                del self._grams[next(iter(self._grams))]
+            wide = [e for e in changed if e.wide_band]
+            self._grams[key] = self._summed(self._widened(self._replaced(changed, own), wide, templates))
+        return self._grams[key]
+
+    def _summed(self, runs: tuple[Gram, ...]) -> _Grams:
+        out: dict[int, Gram] = {}
+        for data, gram in zip(self.campaign.fit, runs, strict=True):
+            key = -1 if data.mounting_number is None else data.mounting_number
+            if gram.rows:
+                out[key] = out[key] + gram if key in out else gram
+        return _Grams(runs, out)
+
+    def _widened(self, grams: tuple[Gram, ...], wide: Sequence[Effect], templates: Templates) -> tuple[Gram, ...]:
+        """With the rows above the common band, which only some effects have."""
+        if not wide:
+            return grams
+        index = self.columns.index(frozenset(e.name for e in wide))
+        out = []
+        for gram, (xx, xy) in zip(grams, self._wide.products(wide, templates), strict=True):
+            sums = gram.xx.copy(), gram.xy.copy()
+            sums[0][np.ix_(index, index)] += xx
+            sums[1][index] += xy
+            out.append(Gram(*sums, gram.yy, gram.rows))
+        return tuple(out)
+
+    def _default_grams(self, measured: Sequence[FloatArray]) -> tuple[Gram, ...]:
+        """Grams of all effects at their default templates."""
+        out = []
+        for stack, spread, y in zip(self._stack, self._spread, measured, strict=True):
+            full = _spread_out(stack.transpose(0, 2, 1) @ stack, spread, spread)
+            size = y.shape[0] * y.shape[1]
+            out.append(Gram(full[:-1, :-1], full[:-1, -1], float(full[-1, -1]), size))
+        return tuple(out)
+
+    def _replaced(self, changed: Sequence[Effect], own: Mapping[str, Templates]) -> tuple[Gram, ...]:
+        """The default Grams with the columns of some effects at other template values."""
+        P = self.columns.total
+        index = {e.name: self.columns.index(frozenset({e.name})) for e in changed}
+        xx, xy = self._sums[0].copy(), self._sums[1].copy()
+        for e in changed:
+            cross, i = self._crossed(e, own[e.name]), index[e.name]
+            xx[:, i, :], xx[:, :, i] = cross[:, :, :P], cross[:, :, :P].transpose(0, 2, 1)
+            xy[:, i] = cross[:, :, P]
+        for e, f in combinations_with_replacement(changed, 2):
+            product, i, j = self._product(e, f, own), index[e.name], index[f.name]
+            xx[:, i[:, None], j], xx[:, j[:, None], i] = product, product.transpose(0, 2, 1)
+        each = zip(xx, xy, self._base.runs, strict=True)
+        return tuple(Gram(a, b, base.yy, base.rows) if base.rows else base for a, b, base in each)
+
+    def _product(self, e: Effect, f: Effect, own: Mapping[str, Templates]) -> FloatArray:
+        """Products of two effects' columns by run, shape (runs, p, q)."""
+        a, b = self.rows(e, own[e.name]), self.rows(f, own[f.name])
+        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
+        return _spread_out(inner, a.spread, b.spread)
+
+    def _crossed(self, effect: Effect, templates: Templates) -> FloatArray:
+        """Products of an effect's columns with all default columns and the measured rate, shape (runs, p, P + 1)."""
+        key = (effect.name, templates)
+        if key not in self._cross:
+            own = self.rows(effect, templates)
+            inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(own.rows, self._stack, strict=True)])
+            self._cross[key] = _spread_out(inner, own.spread, self._spread)
+        return self._cross[key]
+
+    def _whiten(self, number: int, series: FloatArray) -> FloatArray:
+        """Whitened rows (axes, rows, k) of a run's series (k, n), all moving windows one after the other."""
+        parts: list[FloatArray] = [np.zeros((len(self._noise), 0, len(series)))]
+        parts += [rows_by_axis(series[:, w.start : w.stop], bins, self._noise) for w, bins in self._windows[number]]
+        return np.concatenate(parts, axis=1)
+
+    def _measured(self, number: int, rate: FloatArray) -> FloatArray:
+        """Whitened rows (axes, rows, 1) of a run's angular rate (n, 3), each axis by itself."""
+        parts = [
+            np.stack([axis_rows(np.ascontiguousarray(rate[w.start : w.stop, a][None]), bins, a) for a in self._noise])
+            for w, bins in self._windows[number]
+        ]
+        return np.concatenate([np.zeros((len(self._noise), 0, 1)), *parts], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Grams:
+    """Products of all columns at some template values."""
+
+    runs: tuple[Gram, ...]
+    mountings: Mapping[int, Gram]
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """One effect on the fit runs."""
+
+    rows: tuple[FloatArray, ...]
+    """Whitened series of each run, shape (axes, rows, k)."""
+    spread: FloatArray
+    """Shape (runs, axes, k, p)."""
+
+
+def _means(design: Mixed, blocks: Sequence[Window]) -> FloatArray:
+    """Block means of an effect's columns on a run, shape (b, 3, p)."""
+    k, _, p = design.spread.shape
+    return np.asarray((means(design.series, blocks) @ design.spread.reshape(k, 3 * p)).reshape(len(blocks), 3, p))
+
+
+def _spread_beside(parts: Sequence[FloatArray], runs: int, axes: Sequence[int]) -> FloatArray:
+    """Spread of all effects' series beside each other, the measured rate last, shape (runs, axes, K + 1, P + 1)."""
+    k, p = sum(s.shape[2] for s in parts), sum(s.shape[3] for s in parts)
+    out = np.zeros((runs, len(axes), k + 1, p + 1))
+    i = j = 0
+    for s in parts:
+        out[:, :, i : i + s.shape[2], j : j + s.shape[3]] = s
+        i, j = i + s.shape[2], j + s.shape[3]
+    out[:, :, k, p] = 1.0
+    return out
+
+
+def _spread_out(inner: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
+    """Products by axis of series (..., axes, k, l) as products of columns, (..., p, q)."""
+    return np.asarray((left.swapaxes(-1, -2) @ inner @ right).sum(axis=-3))

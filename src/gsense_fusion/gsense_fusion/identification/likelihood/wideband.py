@@ -1,0 +1,109 @@
+"""Rows above the band of the other effects: for teeth, at v / pitch, and for the turns after a reversal.
+
+The drive's own harmonics end far below, so every other column is zero here, and the model without such an effect has
+nothing to say: its likelihood stays what it was.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gsense_fusion.identification.campaign import Campaign, Window
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.effects.design import Mixed
+from gsense_fusion.identification.likelihood.bins import Bins, axis_rows, rows_by_axis, window_bins
+from gsense_fusion.identification.likelihood.store import DELAY, Designs, fields_of
+from gsense_fusion.identification.noise.response import Response
+from gsense_fusion.identification.noise.spectrum import NoiseModel
+from gsense_fusion.identification.types import FloatArray
+
+WIDEST_HZ = 80.0
+PASSED = 0.5
+"""Amplitude that the sensor's filter must leave: beyond it phase and size are the filter's more than the rig's."""
+DELAY_STEP_S = 1e-3
+"""The gyro's delay counts here in such steps: what the filter's phase is off by would pass for a fraction of a
+millisecond at these frequencies."""
+KEPT = 32
+
+
+class WideBand:
+    """Products of some effects' whitened columns with each other and with the measured rate, by fit run."""
+
+    def __init__(self, campaign: Campaign, designs: Designs, noise: Mapping[int, NoiseModel], above_hz: float) -> None:
+        """Take the runs; nothing is computed before an effect with a wide band is asked for."""
+        self._campaign = campaign
+        self._designs = designs
+        self._noise = noise
+        self._response = Response.of(noise, campaign.rate_hz)
+        self._above = above_hz
+        self._windows: list[list[tuple[Window, Bins]]] | None = None
+        self._measured: list[FloatArray] = []
+        self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+
+    def products(self, effects: Sequence[Effect], templates: Templates) -> list[tuple[FloatArray, FloatArray]]:
+        """X'X (p, p) and X'y (p,) of the effects' columns in their order, for each fit run."""
+        self._prepare()
+        out = []
+        for number, y in enumerate(self._measured):
+            X = np.concatenate([self._of(e, templates)[number] for e in effects], axis=1)
+            out.append((X.T @ X, X.T @ y))
+        return out
+
+    def _prepare(self) -> None:
+        if self._windows is not None:
+            return
+        self._windows = [
+            [(w, self._bins(len(w), r.run.rate_hz)) for w in r.windows if w.moving] for r in self._campaign.fit
+        ]
+        for number, data in enumerate(self._campaign.fit):
+            self._windows[number] = [(w, self._levelled(data.run.angular_rate, w, b)) for w, b in self._windows[number]]
+            self._measured.append(self._whiten(number, data.run.angular_rate))
+
+    def _bins(self, n: int, rate_hz: float) -> Bins:
+        bins = window_bins(n, rate_hz, self._noise, WIDEST_HZ)
+        wide = (bins.frequency > self._above) & (self._response.at(bins.frequency) >= PASSED)
+        keep = bins.keep.copy()
+        keep[np.flatnonzero(bins.keep)[~wide]] = False
+        return Bins(keep, bins.frequency[wide], bins.weight[wide], n, bins.noise)
+
+    def _levelled(self, rate: FloatArray, window: Window, bins: Bins) -> Bins:
+        """Weights by the noise that is there in motion: a belt that rings is more than there is at rest."""
+        weight = bins.weight.copy()
+        for axis in self._noise:
+            series = np.ascontiguousarray(rate[window.start : window.stop, axis][None])
+            rows = axis_rows(series, bins, axis)[:, 0]
+            if len(rows):
+                power = (rows[: len(rows) // 2] ** 2 + rows[len(rows) // 2 :] ** 2) / 2.0
+                weight[:, axis] /= np.sqrt(max(1.0, float(np.median(power)) / np.log(2.0)))
+        return Bins(bins.keep, bins.frequency, weight, bins.samples, bins.noise)
+
+    def _of(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
+        templates = templates.only(fields_of(effect))
+        if templates.gyro_delay_s:
+            templates = templates.set(DELAY, round(templates.gyro_delay_s / DELAY_STEP_S) * DELAY_STEP_S)
+        key = (effect.name, templates)
+        if key not in self._rows:
+            if len(self._rows) > KEPT:
+                self._rows.clear()
+            designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
+            self._rows[key] = tuple(self._columns(i, design) for i, design in enumerate(designs))
+        return self._rows[key]
+
+    def _columns(self, number: int, design: Mixed) -> FloatArray:
+        """Whitened columns of a run's design, all moving windows and axes one after the other, shape (rows, p)."""
+        spread = design.spread[:, [*self._noise]].transpose(1, 0, 2)
+        parts: list[FloatArray] = [np.zeros((0, spread.shape[2]))]
+        for window, bins in (self._windows or [])[number]:
+            rows = rows_by_axis(design.series[:, window.start : window.stop], bins, self._noise)
+            parts.append((rows @ spread).reshape(-1, spread.shape[2]))
+        return np.concatenate(parts)
+
+    def _whiten(self, number: int, rate: FloatArray) -> FloatArray:
+        """Whitened rows of a run's angular rate (n, 3) in the same order, shape (rows,)."""
+        parts: list[FloatArray] = [np.zeros(0)]
+        for window, bins in (self._windows or [])[number]:
+            both = rate[window.start : window.stop]
+            parts += [axis_rows(np.ascontiguousarray(both[None, :, axis]), bins, axis)[:, 0] for axis in self._noise]
+        return np.concatenate(parts)

@@ -1,0 +1,233 @@
+"""The carriage's motion from the encoder: position, velocity, acceleration and jerk without the encoder's noise.
+
+Differentiating quantised counts three times is hopeless, and regressing on a noisy driver attenuates its coefficient.
+In the steady part of a run the position is therefore projected on harmonics of the drive and differentiated
+analytically; elsewhere (ramps, other shapes) a band-limited derivative has to do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, fit_harmonics
+from gsense_fusion.identification.types import BoolArray, FloatArray
+
+STILL_SPAN_S = 0.5
+STILL_RANGE_M = 2e-4
+"""A carriage that stays within 4 counts of the encoder for half a second stands still."""
+MIN_PERIODS = 2.5
+MARGINS = (0.2, 0.3, 0.38)
+"""Parts of the motion left out at both ends where its middle is fitted."""
+SILENT_S = 0.1
+"""An encoder that says nothing for so long: harmonics go on through it, a line does not."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A stretch of time in s."""
+
+    start: float
+    stop: float
+
+    @property
+    def duration(self) -> float:
+        """Length in s."""
+        return self.stop - self.start
+
+
+class CarriageMotion:
+    """What the encoder of one run says about the motion."""
+
+    def __init__(self, time: FloatArray, position: FloatArray) -> None:
+        """Analyse the encoder's record.
+
+        Args:
+            time: Stamps in s, shape (m,), increasing.
+            position: Carriage position in m, shape (m,).
+
+        """
+        self._time, self._position = _uniform(time, position)
+        steps = np.diff(time)
+        silent = np.flatnonzero(steps > max(SILENT_S, 3 * float(np.median(steps))))
+        self.silent: tuple[Interval, ...] = tuple(Interval(float(time[i]), float(time[i + 1])) for i in silent)
+        moving = ~still_mask(self._time, self._position)
+        for gap in self.silent:  # a flat line through a motion is no rest
+            low, high = np.searchsorted(self._time, (gap.start, gap.stop))
+            moving[low:high] |= moving[max(low - 1, 0)] | moving[min(high, len(moving) - 1)]
+        self.still: tuple[Interval, ...] = _intervals(self._time, ~moving)
+        stretches = _intervals(self._time, moving)
+        self.moving: Interval | None = max(stretches, key=lambda i: i.duration, default=None)
+        self.harmonics: Harmonics | None = None
+        self.steady: Interval | None = None
+        self.felt: Harmonics | None = None
+        """What the accelerometer adds to the steady part's acceleration and jerk (`felt_harmonics`)."""
+        self.ringing: Harmonics | None = None
+        """The same above `HIGHEST_HARMONIC_HZ`: it is felt, but no rigid carriage moves so."""
+        self.folded: Harmonics | None = None
+        """The same above half the sample rate."""
+        if self.moving is not None:
+            found = _steady_sine(self._time, self._position, self.moving, self._heard())
+            if found is not None:
+                self.harmonics, self.steady = found
+        self._smooth = None if self.moving is None else _BandLimited(self._time, self._position, self._cutoff_hz())
+
+    def _heard(self) -> BoolArray:
+        """Where the record has readings, shape (m,)."""
+        heard = np.ones(len(self._time), dtype=bool)
+        for gap in self.silent:
+            heard &= (self._time <= gap.start) | (self._time >= gap.stop)
+        return heard
+
+    def _cutoff_hz(self) -> float:
+        if self.harmonics is None:
+            return 12.0
+        return float(np.clip(self.harmonics.angular_frequency / (2 * np.pi) * 12.0, 1.0, 12.0))
+
+    @property
+    def angular_frequency(self) -> float | None:
+        """Of the drive in rad/s; None where it is not periodic or does not move."""
+        return None if self.harmonics is None else self.harmonics.angular_frequency
+
+    @property
+    def amplitude(self) -> float | None:
+        """Of the fundamental in m."""
+        return None if self.harmonics is None else self.harmonics.amplitude
+
+    def at(self, time: FloatArray) -> Kinematics:
+        """Motion at the times (n,) in s: harmonic in the steady part, else band-limited, at rest beyond the record."""
+        if self._smooth is None:
+            return Kinematics.at_rest(float(np.median(self._position)), len(time))
+        if self.harmonics is None or self.steady is None:
+            return self._smooth.at(time)
+        inside = (time >= self.steady.start) & (time <= self.steady.stop)
+        smooth, exact = self._smooth.at(time[~inside]), self.harmonics.at(time[inside])
+        if self.felt is not None:
+            felt = self.felt.at(time[inside])
+            exact = replace(exact, acceleration=exact.acceleration + felt.acceleration, jerk=exact.jerk + felt.jerk)
+        series = np.empty((4, len(time)))
+        for i, name in enumerate(("position", "velocity", "acceleration", "jerk")):
+            series[i, inside], series[i, ~inside] = getattr(exact, name), getattr(smooth, name)
+        return Kinematics(*series)
+
+    def ringing_at(self, time: FloatArray) -> FloatArray:
+        """What the sensor feels along the rail on top of `at`, at the times (n,).
+
+        Returns:
+            Acceleration and jerk below half the sample rate, and the acceleration above it, shape (n, 3).
+
+        """
+        out = np.zeros((len(time), 3))
+        if self.ringing is not None and self.folded is not None and self.steady is not None:
+            inside = (time >= self.steady.start) & (time <= self.steady.stop)
+            felt = self.ringing.at(time[inside])
+            folded = self.folded.at(time[inside])
+            out[inside] = np.column_stack([felt.acceleration, felt.jerk, folded.acceleration])
+        return out
+
+
+def still_mask(time: FloatArray, position: FloatArray) -> BoolArray:
+    """Where the carriage stands still: its range over half a second is a few encoder counts, shape (m,)."""
+    span = max(3, round(STILL_SPAN_S / float(np.median(np.diff(time)))) | 1)
+    reach = maximum_filter1d(position, span) - minimum_filter1d(position, span)
+    return np.asarray(reach < STILL_RANGE_M)
+
+
+def _uniform(time: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:
+    step = float(np.median(np.diff(time)))
+    grid = np.arange(time[0], time[-1] + step / 2, step)
+    return grid, np.interp(grid, time, position)
+
+
+def _intervals(time: FloatArray, mask: BoolArray) -> tuple[Interval, ...]:
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], mask.astype(np.int8), [0]])))
+    return tuple(Interval(float(time[a]), float(time[b - 1])) for a, b in zip(edges[::2], edges[1::2], strict=True))
+
+
+def _steady_sine(
+    time: FloatArray, position: FloatArray, moving: Interval, heard: BoolArray
+) -> tuple[Harmonics, Interval] | None:
+    """The harmonic model of the middle of the motion, and how far to both sides it holds."""
+    for margin in MARGINS:  # a short run has ramps far into its middle
+        found = _sine_of_middle(time, position, moving, heard, margin)
+        if found is not None:
+            return found
+    return None
+
+
+def _sine_of_middle(
+    time: FloatArray, position: FloatArray, moving: Interval, heard: BoolArray, margin: float
+) -> tuple[Harmonics, Interval] | None:
+    inside = (time >= moving.start) & (time <= moving.stop)
+    t, s, heard = time[inside], position[inside], heard[inside]
+    middle = (t > moving.start + margin * moving.duration) & (t < moving.stop - margin * moving.duration)
+    if middle.sum() < 50:
+        return None
+    guess = _dominant_angular_frequency(t[middle], s[middle])
+    period = 2 * np.pi / guess
+    if period * MIN_PERIODS > moving.duration or period > float(np.ptp(t[middle])):
+        return None
+    used = middle & heard
+    if used.sum() < 50:
+        return None
+    fit = fit_harmonics(t[used], s[used], guess)
+    quantum = _quantum(s)
+    tolerance = 6 * max(fit.residual_rms, quantum)
+    if fit.amplitude < 20 * quantum or fit.residual_rms > 2e-3 * fit.amplitude + quantum:
+        return None
+    error = np.where(heard, np.abs(s - fit.position_at(t)), 0.0)
+    worst = maximum_filter1d(error, max(3, round(0.25 * period / float(t[1] - t[0])) | 1))
+    centre = len(t) // 2
+    bad = np.flatnonzero(worst > tolerance)
+    low = int(bad[bad < centre].max()) + 1 if (bad < centre).any() else 0
+    high = int(bad[bad >= centre].min()) if (bad >= centre).any() else len(t)
+    if high - low < 50 or t[high - 1] - t[low] < MIN_PERIODS * period:
+        return None
+    known = np.arange(low, high)[heard[low:high]]
+    return fit_harmonics(t[known], s[known], fit.angular_frequency), Interval(float(t[low]), float(t[high - 1]))
+
+
+def _quantum(position: FloatArray) -> float:
+    steps = np.abs(np.diff(position))
+    steps = steps[steps > 1e-9]
+    return float(np.min(steps)) if len(steps) else 1e-6
+
+
+def _dominant_angular_frequency(time: FloatArray, position: FloatArray) -> float:
+    n = 16 * len(time)
+    spectrum = np.abs(np.fft.rfft((position - position.mean()) * np.hanning(len(time)), n))
+    frequency = np.fft.rfftfreq(n, float(time[1] - time[0]))
+    return float(2 * np.pi * frequency[int(np.argmax(spectrum[1:])) + 1])
+
+
+class _BandLimited:
+    """Derivatives of the whole record by a low-pass in the frequency domain, ends continued by odd reflection."""
+
+    def __init__(self, time: FloatArray, position: FloatArray, cutoff_hz: float) -> None:
+        n = len(time)
+        pad = min(n - 1, round(4.0 / (time[1] - time[0])))
+        left = 2 * position[0] - position[pad:0:-1]
+        right = 2 * position[-1] - position[-2 : -pad - 2 : -1]
+        extended = np.concatenate([left, position, right])
+        trend = np.linspace(extended[0], extended[-1], len(extended))
+        step = float(time[1] - time[0])
+        w = 2 * np.pi * np.fft.rfftfreq(len(extended), step)
+        roll = np.clip((1.5 * cutoff_hz - w / (2 * np.pi)) / (0.5 * cutoff_hz), 0.0, 1.0)
+        spectrum = np.fft.rfft(extended - trend) * 0.5 * (1 - np.cos(np.pi * roll))
+        slope = (trend[1] - trend[0]) / step
+        offsets = (trend, slope, 0.0, 0.0)
+        parts = [np.fft.irfft(spectrum * (1j * w) ** k, len(extended)) + offsets[k] for k in range(4)]
+        self._start, self._stop = float(time[0]), float(time[-1])
+        self._spline = CubicSpline(time, np.stack([part[pad : pad + n] for part in parts], axis=1))
+
+    def at(self, time: FloatArray) -> Kinematics:
+        """Motion at the times; beyond the record the carriage is taken to stay where it was."""
+        clipped = np.clip(time, self._start, self._stop)
+        position, velocity, acceleration, jerk = np.ascontiguousarray(self._spline(clipped).T)
+        outside = (time < self._start) | (time > self._stop)
+        for series in (velocity, acceleration, jerk):
+            series[outside] = 0.0
+        return Kinematics(position, velocity, acceleration, jerk)

@@ -1,0 +1,193 @@
+"""How the board sits on the carriage and how late its samples are: from gravity and the accelerometer in motion."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.motion.harmonics import least_squares
+from gsense_fusion.identification.recording.integrity import CleanRun
+from gsense_fusion.identification.types import GRAVITY, FloatArray
+
+SAME_MOUNTING_RAD = 0.14
+"""Two runs whose gravity and rail directions differ by less (8 degrees) are one mounting."""
+DELAY_ITERATIONS = 4
+OWN_DELAY_STDERR_S = 3e-4
+"""Runs whose delay is known better than this say how much the runs scatter."""
+WANDERING_DELAY_S = 2e-3
+"""A delay that differs by more from run to run is no chain's: encoder and IMU have clocks that drift apart."""
+
+
+@dataclass(frozen=True)
+class Delay:
+    """How much later than the encoder's the IMU's samples are, s."""
+
+    value: float
+    stderr: float
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """One way the board was mounted; unit vectors in the sensor's axes, shape (3,)."""
+
+    up: FloatArray
+    along: FloatArray | None
+    """Direction of the rail (positive position); None where no run of this mounting moved."""
+    gravity: float = GRAVITY
+    """Mean norm of the specific force at rest, m/s^2."""
+
+    @cached_property
+    def sensor_from_rail(self) -> FloatArray | None:
+        """Rotation from rail axes (x along the rail, z up) to the sensor's axes, shape (3, 3)."""
+        if self.along is None:
+            return None
+        x = self.along / np.linalg.norm(self.along)
+        z = self.up - x * float(x @ self.up)
+        z /= np.linalg.norm(z)
+        return np.column_stack([x, np.cross(z, x), z])
+
+
+NOMINAL = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+"""How the rig's board lies: assumed where no accelerometer tells."""
+
+
+@dataclass(frozen=True)
+class RunGeometry:
+    """Accelerometer against encoder in one run."""
+
+    mean_force: FloatArray
+    """Specific force without the drive, m/s^2, shape (3,)."""
+    along: FloatArray | None
+    """d(specific force)/d(acceleration along the rail), shape (3,); its norm is the accelerometer's scale."""
+    delay: Delay | None
+
+
+@dataclass
+class _Cluster:
+    up: list[FloatArray] = field(default_factory=list)
+    norm: list[float] = field(default_factory=list)
+    along: list[tuple[FloatArray, float]] = field(default_factory=list)
+    members: list[int] = field(default_factory=list)
+
+
+def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
+    """Rest direction, rail direction and delay of one run, by regression of the specific force on [1, a, j]."""
+    if motion is None or not np.isfinite(run.specific_force).all():
+        return RunGeometry(np.asarray(np.mean(run.specific_force, axis=0)), None, None)
+    return force_geometry(run.time[run.valid], run.specific_force[run.valid], motion)
+
+
+def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> RunGeometry:
+    """The same from valid samples: times in s (n,), specific force in m/s^2 (n, 3)."""
+    if not np.isfinite(force).all():
+        return RunGeometry(np.full(3, np.nan), None, None)
+    if motion.steady is None or motion.harmonics is None:
+        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None)
+    inside = (time >= motion.steady.start + 0.1) & (time <= motion.steady.stop - 0.1)
+    # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
+    steady = motion.harmonics.lowest(3)
+    delay, mean, slope, stderr = 0.0, np.zeros(3), np.zeros(3), np.inf
+    for _ in range(DELAY_ITERATIONS):
+        kin = steady.at(time[inside] - delay)
+        X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
+        beta = least_squares(X, force[inside])
+        mean, slope = beta[0], beta[1]
+        size = float(slope @ slope)
+        if size < 0.25:  # the accelerometer does not see the motion: not on this carriage
+            return RunGeometry(mean, None, None)
+        # f(t - d) = f(t) - d f'(t): the coefficient on the jerk along the rail is -d
+        delay -= float(beta[2] @ slope) / size
+        noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
+        stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2)))
+    return RunGeometry(mean, slope, Delay(delay, stderr))
+
+
+def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
+    """Weighted mean of the runs' delays; zero with infinite uncertainty where no run moves."""
+    known = [g.delay for g in geometry if g.delay is not None]
+    if not known:
+        return Delay(0.0, float("inf"))
+    weight = np.array([1.0 / d.stderr**2 for d in known])
+    value = float(np.average([d.value for d in known], weights=weight))
+    return Delay(value, float(1.0 / np.sqrt(weight.sum())))
+
+
+def run_delays(geometry: Sequence[RunGeometry], common: Delay) -> list[float]:
+    """Delay of each run: its own as far as it is known better than the runs scatter, else the common one, s.
+
+    A driver's clock model has an error of its own in every run; at 8 rad/s a tenth of a millisecond is already seen.
+    """
+    known = [g.delay for g in geometry if g.delay is not None]
+    excess = [(d.value - common.value) ** 2 - d.stderr**2 for d in known if d.stderr < OWN_DELAY_STDERR_S]
+    spread = float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess else 0.0
+    out = []
+    for g in geometry:
+        own = g.delay
+        weight = 0.0 if own is None or spread == 0.0 else spread**2 / (spread**2 + own.stderr**2)
+        out.append(common.value if own is None else common.value + weight * (own.value - common.value))
+    return out
+
+
+def wandering_delay(geometry: Sequence[RunGeometry]) -> str | None:
+    """A line for the report where encoder and IMU were stamped by clocks that drift apart; else None."""
+    known = [g.delay.value for g in geometry if g.delay is not None and g.delay.stderr < OWN_DELAY_STDERR_S]
+    if len(known) < 2 or max(known) - min(known) < WANDERING_DELAY_S:
+        return None
+    between = f"between {1e3 * min(known):.1f} and {1e3 * max(known):.1f} ms"
+    return f"the encoder's delay lies {between}, run by run: two clocks drift apart; synchronise them"
+
+
+def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], list[int | None]]:
+    """Group the runs by mounting.
+
+    Returns:
+        The mountings and, for each run, the number of its mounting (None where the sensor has no accelerometer).
+
+    """
+    clusters: list[_Cluster] = []
+    member: list[int | None] = [None] * len(geometry)
+    order = sorted(range(len(geometry)), key=lambda i: geometry[i].along is None)  # runs that move first
+    for i in order:
+        g = geometry[i]
+        norm = float(np.linalg.norm(g.mean_force))
+        if not np.isfinite(norm) or norm < 1.0:
+            continue
+        up = g.mean_force / norm
+        along = None if g.along is None else g.along / np.linalg.norm(g.along)
+        number = next((k for k, c in enumerate(clusters) if _fits(c, up, along)), None)
+        if number is None:
+            clusters.append(_Cluster())
+            number = len(clusters) - 1
+        cluster = clusters[number]
+        cluster.up.append(up)
+        cluster.norm.append(norm)
+        cluster.members.append(i)
+        if along is not None and g.delay is not None:
+            cluster.along.append((along, 1.0 / g.delay.stderr**2))
+        member[i] = number
+    return [_mounting(c) for c in clusters], member
+
+
+def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None) -> bool:
+    if _angle(np.mean(cluster.up, axis=0), up) > SAME_MOUNTING_RAD:
+        return False
+    if along is None or not cluster.along:
+        return True
+    return _angle(np.mean([a for a, _ in cluster.along], axis=0), along) < SAME_MOUNTING_RAD
+
+
+def _mounting(cluster: _Cluster) -> Mounting:
+    up = np.mean(cluster.up, axis=0)
+    along = None
+    if cluster.along:
+        along = np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along])
+        along = along / np.linalg.norm(along)
+    return Mounting(up / np.linalg.norm(up), along, float(np.mean(cluster.norm)))
+
+
+def _angle(a: FloatArray, b: FloatArray) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))

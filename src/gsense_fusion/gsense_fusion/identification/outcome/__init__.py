@@ -1,0 +1,1 @@
+"""The result of an analysis: parameters, findings, errors, arrays for the plots."""

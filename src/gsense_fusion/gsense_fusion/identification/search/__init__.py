@@ -1,0 +1,1 @@
+"""Which effects explain the data: steps over groups of parameters, screens, intervals, rivals, chance."""

@@ -1,0 +1,98 @@
+"""Where to begin the search of a parameter that no fixed grid can cover: the residual itself says it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gsense_fusion.identification.likelihood.bins import USED_BAND, window_bins
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise
+from gsense_fusion.identification.likelihood.store import predicted
+from gsense_fusion.identification.search.alternatives import slow_residual, step_places, steps
+from gsense_fusion.identification.types import FloatArray
+
+TRIED = 3
+POSITION_STEP = 1e-4
+"""m: ripples down to twice this are seen."""
+LONGEST_PITCH = 0.04
+SHORTEST_PITCH = 5e-4
+CONSPICUOUS = 9.0
+"""Times its neighbourhood's median that a ripple's power must have: 1 in 500 of what noise alone shows."""
+PADDING = 4
+
+
+def screened(field: str, likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Values of a searched parameter that are worth a try beside the model `fit`; empty where none is."""
+    if field == "jump_time_s":
+        return jump_times(likelihood, fit)
+    if field == "tooth_pitch_m":
+        return pitches(likelihood, fit)
+    raise KeyError(field)
+
+
+def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Between which blocks a step of the bias gains most, drift being as at rest, s."""
+    blocks = likelihood.blocks
+    residual = slow_residual(likelihood, fit)
+    column = steps(blocks)
+    gain = np.zeros(column.shape[1])
+    for axis, slow in likelihood.slow.items():
+        for drift in (fit.drift[axis], likelihood.rest_drift[axis]):
+            gain += step_gains(slow, column, residual[:, axis], drift)[0]
+    gains = zip(gain.tolist(), step_places(blocks).tolist(), strict=True)
+    best = sorted(gains, reverse=True)[:TRIED]
+    return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
+
+
+def step_gains(
+    slow: SlowNoise, columns: FloatArray, residual: FloatArray, drift: Drift
+) -> tuple[FloatArray, FloatArray]:
+    """What each column (b, k) by itself gains in twice the log-likelihood, and its size in rad/s, each (k,)."""
+    gram = slow.gram(columns, residual, drift)
+    information = np.diag(gram.xx)
+    seen = information > 0
+    safe = np.where(seen, information, 1.0)
+    return np.where(seen, gram.xy**2 / safe, 0.0), np.where(seen, gram.xy / safe, 0.0)
+
+
+def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
+    """Pitches in m at which the whitened residual, seen over position, has its highest lines.
+
+    Looked at as a rate, and as an angle, whose rate changes its sign with the direction.
+    """
+    length = round(1.0 / POSITION_STEP)  # a metre of rail
+    profile = np.zeros((2, length, 3))
+    for data in likelihood.campaign.fit:
+        if not any(w.moving for w in data.windows):
+            continue
+        rate = data.run.angular_rate - predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta)
+        kin = likelihood.source.of(data, fit.templates).kinematics
+        for window in data.windows:
+            if not window.moving:
+                continue
+            cut = slice(window.start, window.stop)
+            bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
+            spectrum = np.zeros((len(window) // 2 + 1, 3), dtype=complex)
+            spectrum[bins.keep] = np.fft.rfft(rate[cut], axis=0)[bins.keep] * bins.weight**2
+            white = np.fft.irfft(spectrum, len(window), axis=0)
+            cell = np.floor(kin.position[cut] / POSITION_STEP).astype(int) % length
+            for axis in range(3):
+                profile[0, :, axis] += np.bincount(cell, white[:, axis], length)
+                profile[1, :, axis] += np.bincount(cell, white[:, axis] * kin.velocity[cut], length)
+    power = np.sum(np.abs(np.fft.rfft(profile, PADDING * length, axis=1)) ** 2, axis=2)
+    found = sorted(_peaks(power[0]) + _peaks(power[1]), reverse=True)
+    return tuple(dict.fromkeys(pitch for _, pitch in found))[:TRIED]
+
+
+def _peaks(power: FloatArray) -> list[tuple[float, float]]:
+    """Conspicuous lines of a power spectrum over position with PADDING bins per 1/m: how much, and the pitch in m."""
+    per_metre = np.arange(len(power)) / PADDING
+    low, high = round(PADDING / LONGEST_PITCH), round(PADDING / SHORTEST_PITCH)
+    found: list[tuple[float, float]] = []
+    for first in range(low, high, 160):
+        part = power[first : first + 160]
+        level = float(np.median(part))
+        k = first + int(np.argmax(part))
+        if level > 0 and power[k] > CONSPICUOUS * level:
+            found.append((float(power[k] / level), float(1.0 / per_metre[k])))
+    return found

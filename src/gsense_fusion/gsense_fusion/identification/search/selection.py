@@ -1,0 +1,361 @@
+"""Which effects: group search forward, backward and by swaps with the Bayesian information criterion."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
+
+from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.search.interval import instant, template_stderr
+from gsense_fusion.identification.search.screening import screened
+
+MAX_EFFECTS = 4
+RIVAL_LOGLIK = 10.0
+"""Effects within this of twice the log-likelihood cannot be told apart."""
+SOUND_SIGMA = 2.6
+CLOSE = 40.0
+"""Candidates whose searched parameters stand on the grid are refined where their score is within this of the best."""
+MAX_REFINED = 3
+ORDER_WEIGHT = 0.01
+"""Of likelihoods that are equal to this the commoner effect (the catalogue's order) is taken."""
+REFINED_TO = 2e-3
+CHEAP_COST = 6.5
+"""A parameter that only block means tell, or that refines the shape of an effect which is there without it, costs this,
+not ln n of all samples: false alarms of 2e-4 with three."""
+FAMILY_COST = 10.0
+"""Prior odds, in twice their logarithm, against each further effect of one family: two separate faults that happen to
+look alike, where one with a shape of its own explains the data nearly as well."""
+MOST_MERGED = 2
+"""Effects of a family that one is tried in the place of at once."""
+KEPT_POINTS = 3
+"""Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A fitted model and its criterion (larger is better)."""
+
+    fit: Fit
+    score: float
+
+
+class Selection:
+    """Search over the catalogue on top of the declared effects."""
+
+    def __init__(
+        self, likelihood: Likelihood, declared: frozenset[str], progress: Callable[[str], None] | None = None
+    ) -> None:
+        """Take the data, the declared effects (always in the model) and where to say what is being tried."""
+        self.likelihood = likelihood
+        self.declared = declared
+        self.effects = {effect.name: effect for effect in likelihood.effects}
+        self._place = {name: i for i, name in enumerate(self.effects)}
+        self._memory: dict[frozenset[str], Candidate] = {}
+        self._rough: dict[frozenset[str], Candidate] = {}
+        self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
+        self._points: dict[str, list[dict[str, float]]] = {}
+        self.bought: frozenset[str] = frozenset()
+        """Further terms that the best model has, of those that have to be bought."""
+        self._instants: list[tuple[float, float]] = []
+        self._shapes = {n: shapes for n in self.effects if (shapes := self._shapes_of(n))}
+        self._say = progress or (lambda _text: None)
+
+    def candidate(self, names: frozenset[str]) -> Candidate:
+        """The best fit of a set of effects, searched parameters refined."""
+        if names not in self._memory:
+            self._say("+".join(sorted(names)) or "bias alone")
+            rough = self.rough(names)
+            self._memory[names] = rough if not self._specs(names) else self._scored(self._refine(rough.fit))
+            for name in (n for n in names if n in self._points):
+                point = _values(self._memory[names].fit, self.effects[name].templates)
+                self._points[name] = [point, *self._points[name][:KEPT_POINTS]]
+        return self._memory[names]
+
+    def rough(self, names: frozenset[str]) -> Candidate:
+        """The same with searched parameters on their grids."""
+        if names in self._memory:
+            return self._memory[names]
+        if names not in self._rough:
+            self._rough[names] = self._scored(self._on_grids(names))
+        return self._rough[names]
+
+    def tried(self) -> list[Candidate]:
+        """Every model that was fitted."""
+        return list(self._memory.values())
+
+    def search(self) -> Candidate:
+        """Forward, backward and swap steps until none improves."""
+        best = self.candidate(self.declared)
+        while True:
+            near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
+            near.sort(key=lambda c: -c.score)
+            if not near:
+                break
+            near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
+            step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)
+            if step.score <= best.score + 1e-6:
+                break
+            best = step
+        self.bought = frozenset(n for n in best.fit.names if self.effects[n].bought)
+        return best
+
+    def _adds(self, larger: Fit, smaller: Fit) -> bool:
+        """Whether a model with more effects has more parameters that the data identifies; any other model may."""
+        if not larger.names > smaller.names:
+            return True
+        searched = any(not t.optional for t in self._specs(larger.names - smaller.names))
+        return searched or larger.rank > smaller.rank
+
+    def _neighbours(self, names: frozenset[str]) -> Iterable[frozenset[str]]:
+        free = [n for n in self.effects if n not in names]
+        mine = [n for n in names if n not in self.declared]
+        sets: list[frozenset[str]] = []
+        full = sum(self.effects[n].part_of is None for n in mine) >= MAX_EFFECTS
+        room = [n for n in free if not full or self.effects[n].part_of is not None]
+        sets += [names | {n} for n in room] + [self.with_parts(names | {n}) for n in room]
+        for n in mine:
+            rest = names - self.with_dependants(names, n)
+            sets.append(rest)
+            if not self.effects[n].bought:
+                others = [rest | {other} for other in free if not self.effects[other].bought]
+                sets += others + [self.with_parts(more) for more in others]
+        sets += self._merged(names, mine)
+        return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
+
+    def _merged(self, names: frozenset[str], mine: Sequence[str]) -> list[frozenset[str]]:
+        """One effect, shaped, in the place of one or more of its family."""
+        sets = []
+        for other, shapes in self._shapes.items():
+            alike = [n for n in mine if self.effects[n].family == self.effects[other].family]
+            for count in range(1, min(len(alike), MOST_MERGED) + 1):
+                for some in itertools.combinations(alike, count):
+                    rest = names.difference(*(self.with_dependants(names, n) for n in some))
+                    sets.append(rest | {other} | shapes)
+        return sets
+
+    def with_dependants(self, names: frozenset[str], name: str) -> frozenset[str]:
+        """An effect of a set and what cannot be there without it."""
+        return frozenset(n for n in names if n == name or name in self.effects[n].needs)
+
+    def with_parts(self, names: Iterable[str]) -> frozenset[str]:
+        """Effects with their further terms; those that have to be bought where the search did buy them."""
+        names = frozenset(names)
+        return names | {n for n, e in self.effects.items() if e.part_of in names and (not e.bought or n in self.bought)}
+
+    def _shapes_of(self, name: str) -> frozenset[str]:
+        """What has to be bought and shapes the columns of an effect of a family, without any of its own."""
+        own = (e for e in self.effects.values() if e.part_of == name and e.bought and not e.parameters)
+        return frozenset(e.name for e in own if self.effects[name].family is not None)
+
+    def claimable(self) -> list[str]:
+        """Effects that can be named: not the further terms of others."""
+        return [n for n, e in self.effects.items() if e.part_of is None]
+
+    def allowed(self, names: frozenset[str]) -> bool:
+        """Whether every effect of the set has what it needs beside it."""
+        return all(need in names for n in names for need in self.effects[n].needs)
+
+    def _specs(self, names: frozenset[str]) -> list[TemplateSpec]:
+        return [t for n in self.effects if n in names for t in self.effects[n].templates]
+
+    def _scored(self, fit: Fit) -> Candidate:
+        dear, cheap = 0, 0
+        for name in fit.names:
+            effect = self.effects[name]
+            paid = sum(not t.optional or fit.templates.get(t.field, t.default) != t.default for t in effect.templates)
+            dear, cheap = (dear + paid, cheap) if effect.dynamic and not effect.bought else (dear, cheap + paid)
+        log_n = float(np.log(self.likelihood.samples))
+        cheap_columns = self._slow_rank(fit) + self._bought_rank(fit)
+        cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)
+        order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
+        order += FAMILY_COST * self._alike(fit.names)
+        return Candidate(fit, 2 * fit.loglik - cost - order)
+
+    def _alike(self, names: frozenset[str]) -> int:
+        """Undeclared effects beyond the first of each family."""
+        families = [self.effects[n].family for n in names - self.declared if self.effects[n].family is not None]
+        return len(families) - len(set(families))
+
+    def _slow_rank(self, fit: Fit) -> int:
+        """Directions that only block means tell, of the effects that are not declared.
+
+        By the rank and not by the number of columns: those of a supply that never moves are none.
+        """
+        slow = frozenset(n for n in fit.names - self.declared if not self.effects[n].dynamic)
+        return max(0, fit.rank - self.rough(fit.names - slow).fit.rank) if slow else 0
+
+    def _bought_rank(self, fit: Fit) -> int:
+        """Directions of the further terms that have to be bought, or refine a shape."""
+        cheap = (e for n in fit.names if (e := self.effects[n]).bought or e.refines)
+        count = sum(len(e.parameters) for e in cheap)
+        return min(count, fit.rank)
+
+    def _on_grids(self, names: frozenset[str]) -> Fit:
+        """Effects with searched parameters one after the other, each over the product of its grids."""
+        fit = self.likelihood.evaluate(names, Templates())
+        for name in (n for n in self.effects if n in names and self.effects[n].templates):
+            specs = self.effects[name].templates
+            if all(t.optional for t in specs):
+                continue
+            fit = max(self._tried_points(fit, names, name), key=lambda f: f.loglik, default=fit)
+            known = self._points.get(name, [])
+            if len(specs) == 1 and specs[0].owns_effect and _values(fit, specs) not in known:
+                fit = self._refine_one(fit, specs[0])
+                self._points[name] = [_values(fit, specs), *known[:KEPT_POINTS]]
+            elif name not in self._points:
+                self._points[name] = [_values(fit, specs)]
+        return fit
+
+    def _tried_points(self, fit: Fit, names: frozenset[str], name: str) -> list[Fit]:
+        """An effect at the points of its grid; in a larger model only at those that were best when it came alone."""
+        specs = self.effects[name].templates
+        screen = any(not t.grid for t in specs)
+        if name in self._points and not screen:
+            points = self._points[name]
+            if specs[0].owns_effect:  # alone, a delay stands for whatever is out of phase: elsewhere it may be small
+                points = [*points, *({specs[0].field: value} for value in specs[0].grid)]
+            return [self._at(names, fit.templates, point) for point in points]
+        grids = [self._grid(t, names, name) for t in specs]
+        points = [dict(zip((t.field for t in specs), p, strict=True)) for p in itertools.product(*grids)]
+        tried = sorted((self._at(names, fit.templates, p) for p in points), key=lambda f: -f.loglik)
+        if tried and not screen and not specs[0].owns_effect:
+            self._points[name] = [_values(f, specs) for f in tried[:KEPT_POINTS]]
+        return tried
+
+    def _grid(self, spec: TemplateSpec, names: frozenset[str], name: str) -> Sequence[float]:
+        if spec.grid:
+            return spec.grid
+        key = (spec.field, names - {name})
+        if key not in self._screens:
+            self._screens[key] = screened(spec.field, self.likelihood, self.rough(names - {name}).fit)
+        return self._screens[key]
+
+    def _at(self, names: frozenset[str], templates: Templates, values: dict[str, float]) -> Fit:
+        for field, value in values.items():
+            templates = templates.set(field, value)
+        return self.likelihood.evaluate(names, templates)
+
+    def _refine(self, fit: Fit) -> Fit:
+        specs = self._specs(fit.names)
+        in_vain: dict[str, Fit] = {}
+        for _ in range(1 if len(specs) < 2 else 2):
+            for spec in (s for s in specs if in_vain.get(s.field) is not fit):
+                refined = self._refine_one(fit, spec)
+                threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
+                if 2 * (refined.loglik - fit.loglik) > threshold:
+                    fit = refined
+                else:
+                    in_vain[spec.field] = fit
+        for spec in (s for s in specs if s.gaps):
+            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
+        return fit
+
+    def _instant(self, fit: Fit, spec: TemplateSpec) -> float:
+        """The mean of an instant; looked for once in each neighbourhood, whatever else is in the model."""
+        value = fit.templates.get(spec.field, spec.default)
+        known = (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible)
+        mean = next(known, None)
+        if mean is None:
+            mean, _ = instant(self.likelihood, fit, spec)
+            self._instants.append((value, mean))
+        return mean
+
+    def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
+        """A searched parameter between its neighbours on the grid (or its plausible distance)."""
+
+        def evaluate(value: float) -> Fit:
+            return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit, kept=fit.rank)
+
+        centre = fit.templates.get(spec.field, spec.default)
+        if spec.optional:
+            centre = max(((evaluate(v).loglik, v) for v in spec.grid), default=(0.0, centre))[1]
+        below = [g for g in spec.grid if g < centre * (1 - 1e-3)]
+        above = [g for g in spec.grid if g > centre * (1 + 1e-3)]
+        low = max(spec.lower, max(below, default=centre - 2 * spec.plausible))
+        high = min(spec.upper, min(above, default=centre + 2 * spec.plausible))
+        if high <= low:
+            return fit
+        found = minimize_scalar(
+            lambda v: -evaluate(float(v)).loglik,
+            bounds=(low, high),
+            method="bounded",
+            options={"xatol": (high - low) * REFINED_TO, "maxiter": 14},
+        )
+        best = fit.templates.set(spec.field, float(found.x))
+        return self.likelihood.evaluate(fit.names, best, kept=fit.rank)
+
+    def gain(self, best: Fit, name: str) -> tuple[float, int]:
+        """Twice the log-likelihood and the parameters lost when an effect (and what needs it) is taken out."""
+        dropped = self.with_dependants(best.names, name)
+        without = self.candidate(best.names - dropped).fit
+        lost = best.rank - without.rank + len([t for t in self._specs(dropped) if not t.optional])
+        return 2 * (best.loglik - without.loglik), max(1, lost)
+
+    def supported(self, best: Fit, name: str) -> bool:
+        """Whether the criterion itself wants the effect in the model (then a declared effect counts as significant)."""
+        dropped = self.with_dependants(best.names, name)
+        return self.candidate(best.names).score > self.candidate(best.names - dropped).score
+
+    def felt_gain(self, best: Fit, name: str) -> float:
+        """The part of `gain` that the accelerometer alone contributes."""
+        without = self.candidate(best.names - self.with_dependants(best.names, name)).fit
+        felt = self.likelihood.felt
+        return 2 * (felt.loglik(best) - felt.loglik(without))
+
+    def p_value(self, best: Fit, name: str) -> float:
+        """Of the likelihood ratio against the model without the effect."""
+        ratio, parameters = self.gain(best, name)
+        return float(chi2.sf(max(ratio, 0.0), parameters))
+
+    def alternatives(self, best: Fit, name: str) -> list[str]:
+        """Effects that stand in the place of the named one nearly as well.
+
+        By likelihood, however many parameters they have, or by the criterion: what fits a little worse with fewer
+        parameters is as likely true.
+        """
+        out = []
+        score = self.candidate(best.names).score
+        rest = best.names - self.with_dependants(best.names, name)
+        for other in self.claimable():
+            swapped = self.with_parts(rest | {other})
+            if other in best.names or not self.allowed(swapped):
+                continue
+            if not self.effects[name].dynamic and self.effects[other].dynamic and not self.effects[other].slow:
+                continue  # it moves no block means: it cannot stand for what only these show
+            shaped = [swapped | self._shapes[other]] if other in self._shapes else []
+            if any(self._as_good(names, best, score) for names in (swapped, *shaped)):
+                out.append(other)
+        return out
+
+    def _as_good(self, names: frozenset[str], best: Fit, score: float) -> bool:
+        if self._behind(best, score, self.rough(names)) > RIVAL_LOGLIK + CLOSE:
+            return False
+        return self._behind(best, score, self.candidate(names)) < RIVAL_LOGLIK
+
+    @staticmethod
+    def _behind(best: Fit, score: float, other: Candidate) -> float:
+        """By how much a model comes after the best one, in twice the log-likelihood or by the criterion."""
+        return min(2 * (best.best_loglik - other.fit.best_loglik), score - other.score)
+
+
+def _values(fit: Fit, specs: Sequence[TemplateSpec]) -> dict[str, float]:
+    return {t.field: fit.templates.get(t.field, t.default) for t in specs}
+
+
+def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
+    """Whether a searched parameter is inside its range and, where the effect exists by it alone, significant.
+
+    A local optimum is no finding.
+    """
+    value = fit.templates.get(template.field, template.default)
+    margin = 0.01 * (template.upper - template.lower) if template.owns_effect else 0.01 * template.lower
+    inside = template.lower + margin < value < template.upper - margin
+    if not template.owns_effect:
+        return inside
+    return inside and abs(value) > SOUND_SIGMA * template_stderr(likelihood, fit, template)

@@ -1,0 +1,1 @@
+"""What may be claimed, and whether anything is left."""

@@ -1,0 +1,226 @@
+"""The whitened residual of a fitted model, window by window: what the sufficiency tests look at."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gsense_fusion.identification.campaign import RunData, Window
+from gsense_fusion.identification.likelihood.bins import USED_BAND, Bins, whiten_alike, window_bins
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.likelihood.store import predicted
+from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
+from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray
+
+HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
+LOWEST_COHERENT_HZ = 5.0
+MIN_COHERENT_BINS = 40
+MODEL_ABOVE_HZ = 20.0
+ORDER_BINS = 2.5
+"""Bins to either side that an order may reach."""
+LEVEL_BINS = 60
+"""Bins that say how high the noise is beside a line."""
+
+
+@dataclass(frozen=True, eq=False)
+class WindowResidual:
+    """One window's residual as whitened Fourier coefficients."""
+
+    data: RunData
+    window: Window
+    bins: Bins
+    spectrum: FloatArray
+    """Real and imaginary parts of unit variance where the model is complete, shape (2, m, 3); zero for absent axes."""
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Hz, shape (m,)."""
+        return self.bins.frequency
+
+    @cached_property
+    def power(self) -> FloatArray:
+        """Squared modulus over its expectation, shape (m, 3): exponential with mean one."""
+        return np.asarray(np.sum(self.spectrum**2, axis=0) / 2.0)
+
+    @property
+    def resolution_hz(self) -> float:
+        """Distance of the bins."""
+        return self.data.run.rate_hz / len(self.window)
+
+    @property
+    def angular_frequency(self) -> float | None:
+        """Of the drive in rad/s."""
+        if not self.window.moving or self.data.motion is None:
+            return None
+        return self.data.motion.angular_frequency
+
+    def away_from_orders(self) -> BoolArray:
+        """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond), shape (m,)."""
+        return self._away
+
+    @cached_property
+    def _away(self) -> BoolArray:
+        w = self.angular_frequency
+        if w is None:
+            return np.ones(len(self.frequency), dtype=bool)
+        order = self.frequency * 2 * np.pi / w
+        width = ORDER_BINS * self.resolution_hz * 2 * np.pi / w
+        from_half = np.abs(order - np.maximum(np.rint(2 * order), 1.0) / 2)
+        keep = (from_half > width) | (order > HALF_ORDERS[-1] + width)
+        if width < 0.25:  # a slow drive's orders lie so close that leaving them out would leave nothing
+            keep &= np.abs(order - np.maximum(np.rint(order), 1.0)) > width
+        return np.asarray(keep)
+
+
+def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list[WindowResidual]:
+    """Whitened residuals of all windows of at least four seconds, up to 0.4 of the sample rate."""
+    out: list[WindowResidual] = []
+    felt: list[tuple[int, _Extra]] = []
+    for data in runs:
+        model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
+        force = likelihood.source.of(data, fit.templates).specific_force
+        feels = force is not None and bool(np.isfinite(data.run.specific_force).all())
+        for window in data.windows:
+            if len(window) < 4.0 * data.run.rate_hz:
+                continue
+            bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
+            cut = slice(window.start, window.stop)
+            rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), bins)
+            result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
+            if window.moving and force is not None and feels:
+                extra = _beyond_the_drive(result, data.run.specific_force - force, model)
+                result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
+                felt.append((len(out), extra))
+            out.append(result)
+    cleaned = without_coherent([out[i] for i, _ in felt], [extra for _, extra in felt])
+    for (i, _), result in zip(felt, cleaned, strict=True):
+        out[i] = result
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class _Extra:
+    """Spectra of a moving window that the drive's harmonics do not contain, zero at the drive's orders."""
+
+    felt: ComplexArray
+    """Specific force beyond its model (a belt that rings), shape (m, 3)."""
+    model: ComplexArray
+    """The model's own rate above the band of the fit, where the sensor's filter changes it, shape (m, 3)."""
+
+
+def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> _Extra:
+    cut = slice(residual.window.start, residual.window.stop)
+    keep, away = residual.bins.keep, residual.away_from_orders()[:, None]
+    above = (residual.frequency > MODEL_ABOVE_HZ)[:, None]
+    return _Extra(np.fft.rfft(felt[cut], axis=0)[keep] * away, np.fft.rfft(model[cut], axis=0)[keep] * away * above)
+
+
+def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> FloatArray:
+    """G times what the accelerometer feels away from the drive's orders, whitened, shape (2, m, 3).
+
+    The encoder's harmonics do not reach there; it is the declared G f all the same, and no symptom.
+    """
+    if "g_sensitivity" not in fit.names:
+        return np.zeros_like(residual.spectrum)
+    first = likelihood.columns.start["g_sensitivity"]
+    G = fit.beta_in(residual.data.mounting_number)[first : first + 9].reshape(3, 3)
+    late = np.exp(-2j * np.pi * residual.frequency * fit.templates.gyro_delay_s)[:, None]
+    white = ((extra.felt * late) @ G.T + _through_mount(likelihood, fit, residual, extra)) * residual.bins.weight
+    return np.stack([white.real, white.imag])
+
+
+def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> ComplexArray:
+    """What the effects of the fit that answer to vibration make of what the accelerometer feels, shape (m, 3)."""
+    out = np.zeros_like(extra.felt)
+    drivers = likelihood.source.of(residual.data, fit.templates)
+    if drivers.mounting is None or drivers.mounting.along is None:
+        return out
+    along = extra.felt @ drivers.mounting.along
+    beta = fit.beta_in(residual.data.mounting_number)
+    for effect in (e for e in likelihood.effects if e.name in fit.names):
+        answer = effect.vibration(residual.frequency, drivers)
+        if answer is not None:
+            out = out + along[:, None] * (answer @ beta[likelihood.columns.index(frozenset({effect.name}))])
+    return np.asarray(out)
+
+
+def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]) -> list[WindowResidual]:
+    """Residuals without what is coherent with vibration that the accelerometer feels or, above the band, the model.
+
+    In each narrow band the residual of all windows together is regressed on the felt specific force: a linear response
+    to vibration (a coupling, a lever, whatever the sensor's filter makes of it) is neither a tone nor foreign noise.
+    """
+    if not windows:
+        return []
+    spectra = [w.spectrum[0] + 1j * w.spectrum[1] for w in windows]
+    top = max(float(w.frequency[-1]) for w in windows)
+    edges = [LOWEST_COHERENT_HZ]
+    while edges[-1] < top:
+        edges.append(max(edges[-1] * 1.04, edges[-1] + 0.4))
+    for low, high in itertools.pairwise(edges):
+        places = [np.flatnonzero((w.frequency >= low) & (w.frequency < high) & w.away_from_orders()) for w in windows]
+        for axis in range(3):
+            y = np.concatenate([s[i, axis] for s, i in zip(spectra, places, strict=True)])
+            if len(y) < MIN_COHERENT_BINS or not y.any():
+                continue
+            X = np.concatenate(
+                [
+                    np.column_stack([e.felt[i], e.model[i, axis]]) * w.bins.weight[i, axis, None]
+                    for e, w, i in zip(extras, windows, places, strict=True)
+                ]
+            )
+            X = X[:, np.abs(X).max(axis=0) > 0]
+            if not X.shape[1]:
+                continue
+            beta, *_ = np.linalg.lstsq(X, y, rcond=1e-8)
+            explained = X @ beta
+            # no more than noise explains by chance is left as it is, but for the degrees that the regression took
+            rest = (y - explained) * np.sqrt(len(y) / (len(y) - X.shape[1]))
+            first = 0
+            for s, i in zip(spectra, places, strict=True):
+                s[i, axis] = rest[first : first + len(i)]
+                first += len(i)
+    return [replace(w, spectrum=np.stack([s.real, s.imag])) for w, s in zip(windows, spectra, strict=True)]
+
+
+@dataclass(frozen=True)
+class LineEnergy:
+    """A sine in a window's residual, per axis, each of shape (3,)."""
+
+    energy: FloatArray
+    """Whitened energy over the local level of the noise."""
+    calibrated: FloatArray
+    """The same as chi-square with two degrees of freedom where no line is: the level is an estimate from few bins."""
+    amplitude_squared: FloatArray
+    """(rad/s)^2."""
+
+
+def line_energy(residual: WindowResidual, frequency_hz: float) -> LineEnergy:
+    """Energy of a sine at any frequency, between bins too.
+
+    The local level comes from bins that the drive cannot reach; it is never taken below one: a spectrum that the rest
+    records overestimate proves nothing, one that they underestimate must not raise alarms.
+    """
+    n, rate = len(residual.window), residual.data.run.rate_hz
+    phase = 2 * np.pi * frequency_hz * np.arange(n) / rate
+    rows = project_out_slow(whiten_alike(np.stack([np.cos(phase), np.sin(phase)]), residual.bins), residual.bins)
+    data = residual.spectrum.reshape(-1, 3)
+    free = np.flatnonzero(residual.away_from_orders())
+    near = free[np.argsort(np.abs(np.log(residual.frequency[free] / frequency_hz)))[:LEVEL_BINS]]
+    energy, calibrated, amplitude = np.zeros(3), np.zeros(3), np.zeros(3)
+    for axis in range(3):
+        X = rows[:, axis, :]
+        if not X.any():
+            continue
+        beta = np.linalg.solve(X.T @ X, X.T @ data[:, axis])
+        m = max(len(near), 1)
+        level = max(1.0, float(np.mean(residual.power[near, axis]))) if len(near) else 1.0
+        energy[axis] = float(np.sum((X @ beta) ** 2)) / level
+        # F with (2, 2m) degrees of freedom has the tail (1 + F/m)^-m; chi-square with 2 has exp(-x/2)
+        calibrated[axis] = 2 * m * np.log1p(energy[axis] / 2 / m)
+        amplitude[axis] = float(beta @ beta)
+    return LineEnergy(energy, calibrated, amplitude)

@@ -1,0 +1,273 @@
+"""Is anything left? Tests of the residual against the noise model, each with its number of looks accounted for.
+
+A whole family of tests may raise a false alarm with the probability `FAMILY_ALPHA`; the families share it equally.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2, norm
+from scipy.stats import f as fisher
+
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.search.alternatives import beside, slow_residual, step_places, steps
+from gsense_fusion.identification.search.screening import step_gains
+from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
+from gsense_fusion.identification.verdict.lines import Line, pooled_lines, single_lines
+from gsense_fusion.identification.verdict.motion_drift import motion_drift
+from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energy
+
+FAMILY_ALPHA = 0.004
+FAMILIES = 6
+BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
+MODEL_ERROR = 0.02
+"""Relative error of the spectrum beyond what its ordinates say (`NoiseModel.covariance`): noise is not quite steady."""
+
+
+@dataclass(frozen=True)
+class Symptom:
+    """Something that the complete model does not explain."""
+
+    kind: str
+    """orders, lines, band, intensity, step or drift."""
+    axes: tuple[str, ...]
+    p_value: float
+    rate_rms: float
+    """Of the unexplained part in rad/s, averaged over the windows in motion and root-summed over axes."""
+    frequencies: tuple[float, ...]
+    """rad/s; empty for broadband and slow symptoms."""
+    description: str
+
+
+@dataclass(frozen=True)
+class OrderEnergy:
+    """Drive-locked energy of the residual."""
+
+    order: FloatArray
+    energy: FloatArray
+    """Sum over windows, shape (orders, 3)."""
+    calibrated: FloatArray
+    """Chi-square with two degrees of freedom a window where there is only noise, shape (orders, 3)."""
+    amplitude_squared: FloatArray
+    """Mean over windows of the squared amplitude, (rad/s)^2, shape (orders, 3)."""
+    windows: FloatArray
+    """Windows that reach the order, shape (orders,)."""
+
+    def locked(self) -> float:
+        """Energy above what noise alone would have there."""
+        degrees = 2.0 * self.windows[:, None] * (self.energy > 0)
+        return float(np.sum(np.maximum(self.energy - degrees, 0.0)))
+
+
+def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
+    """Energy at the half-orders 1/2 to 10 of the drive, pooled over the moving windows."""
+    energy = np.zeros((len(HALF_ORDERS), 3))
+    calibrated = np.zeros_like(energy)
+    square = np.zeros_like(energy)
+    count = np.zeros(len(HALF_ORDERS))
+    for residual in windows:
+        w = residual.angular_frequency
+        if w is None:
+            continue
+        for i, order in enumerate(HALF_ORDERS):
+            f = order * w / (2 * np.pi)
+            if residual.frequency[0] <= f <= residual.frequency[-1]:
+                line = line_energy(residual, f)
+                energy[i] += line.energy
+                calibrated[i] += line.calibrated
+                square[i] += line.amplitude_squared
+                count[i] += 1
+    return OrderEnergy(HALF_ORDERS, energy, calibrated, square / np.maximum(count, 1)[:, None], count)
+
+
+def find_symptoms(
+    likelihood: Likelihood, fit: Fit, windows: Sequence[WindowResidual], level: float = 1.0
+) -> list[Symptom]:
+    """All families of tests; a list of what failed, most significant first.
+
+    `level`: how many times the power at rest the noise in motion is known to have.
+    """
+    alpha = FAMILY_ALPHA / FAMILIES
+    moving = [w for w in windows if w.window.moving]
+    still = [w for w in windows if not w.window.moving]
+    found: list[Symptom] = []
+    if moving:
+        found += _orders(likelihood, moving, alpha)
+        found += _lines(moving, alpha)
+        found += _bands(moving, still, alpha)
+    found += _intensity(likelihood, fit, alpha, level)
+    found += _steps(likelihood, fit, alpha)
+    found += _drift(likelihood, fit, alpha)
+    return sorted(found, key=lambda s: s.p_value)
+
+
+def _names(mask: BoolArray) -> tuple[str, ...]:
+    return tuple(AXES[i] for i in range(3) if mask[i])
+
+
+def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    orders = order_energy(moving)
+    axes = list(likelihood.noise)
+    degrees = 2.0 * orders.windows * len(axes)
+    reached = degrees > 0
+    p = np.ones(len(orders.order))
+    p[reached] = chi2.sf(orders.calibrated[reached].sum(axis=1), degrees[reached])
+    hits = np.flatnonzero(p < alpha / max(1, int(reached.sum())))
+    if not len(hits):
+        return []
+    strongest = hits[np.argsort(-orders.energy[hits].sum(axis=1))]
+    per_axis = chi2.sf(orders.calibrated[hits].sum(axis=0), 2.0 * orders.windows[hits].sum())
+    rms = float(np.sqrt(np.sum(orders.amplitude_squared[hits]) / 2.0))
+    fastest = max(w.angular_frequency or 0.0 for w in moving)
+    text = ", ".join(f"{orders.order[i]:g}" for i in strongest[:5])
+    frequencies = tuple(float(orders.order[i] * fastest) for i in strongest[:5])
+    description = f"locked to the drive at order {text} (frequencies given for the fastest run)"
+    return [Symptom("orders", _names(per_axis < 0.001), float(p.min()), rms, frequencies, description)]
+
+
+def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Lines at a fixed frequency: strong ones in single windows, weak ones pooled over all; half of alpha each."""
+    hits = single_lines(moving, alpha / 2) + pooled_lines(moving, alpha / 2)
+    if not hits:
+        return []
+    hits.sort(key=lambda h: h.p_value)
+    tones: list[float] = []
+    for hit in hits:
+        if all(abs(hit.frequency_hz - g) > 0.15 for g in tones):
+            tones.append(hit.frequency_hz)
+    strongest = [max((h.amplitude for h in hits if abs(h.frequency_hz - f) <= 0.15), default=0.0) for f in tones]
+    rms = float(np.sqrt(np.sum(np.square(strongest)) / 2))
+    text = ", ".join(f"{f:.2f}" for f in tones[:4])
+    description = f"a line at {text} Hz in motion that is not there at rest and not locked to the drive"
+    axes = _names(np.array([any(h.axis == a for h in hits) for a in range(3)]))
+    return [Symptom("lines", axes, hits[0].p_value, rms, tuple(2 * np.pi * f for f in tones[:5]), description)]
+
+
+def strongest_line(moving: Sequence[WindowResidual]) -> Line | None:
+    """The most significant line in motion away from the drive's orders, at the level of its family."""
+    alpha = FAMILY_ALPHA / FAMILIES / 2
+    return min(single_lines(moving, alpha) + pooled_lines(moving, alpha), key=lambda h: h.p_value, default=None)
+
+
+def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Broadband power in motion against rest."""
+    worst: tuple[float, int, float, float, float] | None = None
+    looks = 0
+    for low, high in itertools.pairwise(BAND_EDGES_HZ):
+        for axis in range(3):
+            motion, rest = _band(moving, low, high, axis), _band(still, low, high, axis)
+            count, rest_count = len(motion.frequency), len(rest.frequency)
+            if count < 30 or rest_count < 30 or rest.mean <= 0.0:  # a coarse step may leave nothing at rest
+                continue
+            looks += 1
+            # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
+            spectrum = moving[0].bins.noise[axis].variance_between(motion.frequency, rest.frequency)
+            known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2 + spectrum)
+            z = float(norm.isf(np.clip(fisher.sf(motion.mean / rest.mean, 2 * count, 2 * known), 1e-300, 1.0)))
+            excess = (motion.mean - rest.mean) * motion.variance
+            if worst is None or z > worst[0]:
+                worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
+    if worst is None or norm.sf(worst[0]) > alpha / looks:
+        return []
+    z, axis, low, high, rms = worst
+    text = f"more noise in motion than at rest between {low:g} and {high:g} Hz, most on {AXES[axis]}"
+    return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Band:
+    """Ordinates of windows in a band, away from the drive's orders."""
+
+    mean: float
+    """Of their power over its expectation."""
+    frequency: FloatArray
+    """Of each, Hz."""
+    variance: float
+    """What the band is expected to hold, (rad/s)^2."""
+
+
+def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> _Band:
+    power: list[FloatArray] = [np.zeros(0)]
+    frequency: list[FloatArray] = [np.zeros(0)]
+    variance = 0.0
+    for w in windows:
+        inside = (w.frequency >= low) & (w.frequency < high) & w.away_from_orders() & (w.bins.weight[:, axis] > 0)
+        power.append(w.power[inside, axis])
+        frequency.append(w.frequency[inside])
+        n = len(w.window)
+        variance = max(variance, float(np.sum(4.0 / (n**2 * np.maximum(w.bins.weight[inside, axis], 1e-30) ** 2))))
+    values = np.concatenate(power)
+    return _Band(float(values.mean()) if len(values) else 1.0, np.concatenate(frequency), variance)
+
+
+def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> list[Symptom]:
+    """Does the mean rate depend on how hard the carriage is driven (rectification)?"""
+    runs = likelihood.campaign.fit
+    if not any(r.motion is not None and r.motion.moving is not None for r in runs):
+        return []
+    square = np.zeros(len(likelihood.blocks))
+    for i, (number, w) in enumerate(likelihood.cuts):
+        kin = likelihood.source.of(runs[number], fit.templates).kinematics
+        square[i] = float(np.mean(kin.acceleration[w.start : w.stop] ** 2))
+    if np.ptp(square) < 0.1:
+        return []
+    found = beside(likelihood, fit, square[:, None])
+    gain = float(found.gains[0]) / level
+    if found.hopeless(gain, len(likelihood.slow), alpha):
+        return []
+    p = found.p_value(gain)
+    if p > alpha:
+        return []
+    ratio, slope = _sizes(likelihood, fit, square)
+    rms = float(np.linalg.norm(slope) * np.sqrt(np.mean(square**2)))
+    text = "the mean rate depends on the mean square of the acceleration (rectification)"
+    return [Symptom("intensity", _names(chi2.sf(ratio, 1) < 0.01), p, rms, (), text)]
+
+
+def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """A step of the bias: does one make the session likelier although drift is free to take it up instead?"""
+    blocks = likelihood.blocks
+    columns = steps(blocks)
+    if not columns.shape[1]:
+        return []
+    found = beside(likelihood, fit, columns)
+    best = int(np.argmax(found.gains))
+    gain = float(found.gains[best])
+    if found.hopeless(gain, len(likelihood.slow), alpha):
+        return []
+    p = found.p_value(gain)
+    if p > alpha:
+        return []
+    _, size = _sizes(likelihood, fit, columns[:, best])
+    axis = int(np.argmax(np.abs(size)))
+    place = step_places(blocks)[best]
+    text = f"the bias steps at {blocks.time[place] - blocks.duration[place] / 2:.0f} s, most on {AXES[axis]}"
+    axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
+    return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
+
+
+def _drift(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """A bias that wanders in motion and not at rest."""
+    found = motion_drift(likelihood, fit)
+    if found is None or found.chance.hopeless(found.gain, 1, alpha):
+        return []
+    p = found.chance.p_value(found.gain)
+    if p > alpha:
+        return []
+    text = "the bias wanders more in motion than the rest records predict"
+    spread = found.q * float(np.sqrt(np.ptp(likelihood.blocks.time)))
+    return [Symptom("drift", tuple(AXES[i] for i in likelihood.slow), p, spread, (), text)]
+
+
+def _sizes(likelihood: Likelihood, fit: Fit, column: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gain in twice the log-likelihood and size in the column's unit, by axis, at the model's drift, each (3,)."""
+    ratio, size = np.zeros(3), np.zeros(3)
+    residual = slow_residual(likelihood, fit)
+    for axis, slow in likelihood.slow.items():
+        gain, found = step_gains(slow, column[:, None], residual[:, axis], fit.drift[axis])
+        ratio[axis], size[axis] = gain[0], found[0]
+    return ratio, size
