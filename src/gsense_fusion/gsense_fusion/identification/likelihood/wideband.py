@@ -1,7 +1,8 @@
 """Rows above the band of the other effects: for teeth, at v / pitch, and for the turns after a reversal.
 
 The drive's own harmonics end far below, so every other column is zero here, and the model without such an effect has
-nothing to say: its likelihood stays what it was.
+nothing to say: its likelihood stays what it was. What the gyro makes of vibration (kicks of friction at the reversals
+through G) is no column either: whatever goes with the measured specific force and its rate of change is taken out.
 """
 
 from __future__ import annotations
@@ -27,6 +28,9 @@ DELAY_STEP_S = 1e-3
 millisecond at these frequencies."""
 KEPT = 32
 
+Rows = list[list[FloatArray]]
+"""By run and window: whitened rows of each gyro axis, (axes, rows, columns)."""
+
 
 class WideBand:
     """Products of some effects' whitened columns with each other and with the measured rate, by fit run."""
@@ -39,6 +43,7 @@ class WideBand:
         self._response = Response.of(noise, campaign.rate_hz)
         self._above = above_hz
         self._windows: list[list[tuple[Window, Bins]]] | None = None
+        self._vibration: Rows = []
         self._measured: list[FloatArray] = []
         self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
 
@@ -59,7 +64,8 @@ class WideBand:
         ]
         for number, data in enumerate(self._campaign.fit):
             self._windows[number] = [(w, self._levelled(data.run.angular_rate, w, b)) for w, b in self._windows[number]]
-            self._measured.append(self._whiten(number, data.run.angular_rate))
+        self._vibration = [self._felt(number) for number in range(len(self._windows))]
+        self._measured = [x[:, 0] for x in self._flat([self._whiten(i) for i in range(len(self._windows))])]
 
     def _bins(self, n: int, rate_hz: float) -> Bins:
         bins = window_bins(n, rate_hz, self._noise, WIDEST_HZ)
@@ -88,22 +94,47 @@ class WideBand:
             if len(self._rows) > KEPT:
                 self._rows.clear()
             designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
-            self._rows[key] = tuple(self._columns(i, design) for i, design in enumerate(designs))
+            self._rows[key] = tuple(self._flat([self._columns(i, design) for i, design in enumerate(designs)]))
         return self._rows[key]
 
-    def _columns(self, number: int, design: Mixed) -> FloatArray:
-        """Whitened columns of a run's design, all moving windows and axes one after the other, shape (rows, p)."""
+    def _columns(self, number: int, design: Mixed) -> list[FloatArray]:
+        """Whitened columns of a run's design, (axes, rows, p) of each window."""
         spread = design.spread[:, [*self._noise]].transpose(1, 0, 2)
-        parts: list[FloatArray] = [np.zeros((0, spread.shape[2]))]
-        for window, bins in (self._windows or [])[number]:
-            rows = rows_by_axis(design.series[:, window.start : window.stop], bins, self._noise)
-            parts.append((rows @ spread).reshape(-1, spread.shape[2]))
-        return np.concatenate(parts)
+        return [
+            rows_by_axis(design.series[:, w.start : w.stop], bins, self._noise) @ spread
+            for w, bins in (self._windows or [])[number]
+        ]
 
-    def _whiten(self, number: int, rate: FloatArray) -> FloatArray:
-        """Whitened rows of a run's angular rate (n, 3) in the same order, shape (rows,)."""
-        parts: list[FloatArray] = [np.zeros(0)]
+    def _whiten(self, number: int) -> list[FloatArray]:
+        """Whitened rows of a run's angular rate, (axes, rows, 1) of each window."""
+        rate = self._campaign.fit[number].run.angular_rate
+        return [
+            np.stack([axis_rows(np.ascontiguousarray(rate[None, w.start : w.stop, a]), b, a) for a in self._noise])
+            for w, b in (self._windows or [])[number]
+        ]
+
+    def _felt(self, number: int) -> list[FloatArray]:
+        """The same of the specific force and its rate of change, (axes, rows, 6): the gyro's filter may be later."""
+        run = self._campaign.fit[number].run
+        force = np.where(np.isfinite(run.specific_force), run.specific_force, 0.0)
+        out = []
         for window, bins in (self._windows or [])[number]:
-            both = rate[window.start : window.stop]
-            parts += [axis_rows(np.ascontiguousarray(both[None, :, axis]), bins, axis)[:, 0] for axis in self._noise]
-        return np.concatenate(parts)
+            cut = force[window.start : window.stop]
+            series = np.concatenate([cut, np.gradient(cut, axis=0)], axis=1).T
+            out.append(rows_by_axis(np.ascontiguousarray(series), bins, self._noise))
+        return out
+
+    def _flat(self, rows: Rows) -> list[FloatArray]:
+        """Rows (rows, p) by run, in a row, without what goes with the vibration (one factor for all runs)."""
+        pairs = [
+            (f, x) for felt, own in zip(self._vibration, rows, strict=True) for f, x in zip(felt, own, strict=True)
+        ]
+        width = next((x.shape[2] for _, x in pairs), 0)
+        normal = sum((f.transpose(0, 2, 1) @ f for f, _ in pairs), np.zeros((len(self._noise), 6, 6)))
+        moved = sum((f.transpose(0, 2, 1) @ x for f, x in pairs), np.zeros((len(self._noise), 6, width)))
+        factor = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ moved
+        out = []
+        for felt, own in zip(self._vibration, rows, strict=True):
+            parts = [(x - f @ factor).reshape(-1, width) for f, x in zip(felt, own, strict=True)]
+            out.append(np.concatenate([np.zeros((0, width)), *parts]))
+        return out
