@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.fft import irfft, rfft
 
 from gsense_fusion.identification.campaign import Campaign, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
@@ -27,6 +28,8 @@ DELAY_STEP_S = 1e-3
 """The gyro's delay counts here in such steps: what the filter's phase is off by would pass for a fraction of a
 millisecond at these frequencies."""
 KEPT = 32
+DELAYS_S = tuple(0.003 * k for k in range(16))
+"""By which the gyro may be later than the accelerometer; between them the rate of change stands for the rest."""
 
 Rows = list[list[FloatArray]]
 """By run and window: whitened rows of each gyro axis, (axes, rows, columns)."""
@@ -64,8 +67,15 @@ class WideBand:
         ]
         for number, data in enumerate(self._campaign.fit):
             self._windows[number] = [(w, self._levelled(data.run.angular_rate, w, b)) for w, b in self._windows[number]]
-        self._vibration = [self._felt(number) for number in range(len(self._windows))]
-        self._measured = [x[:, 0] for x in self._flat([self._whiten(i) for i in range(len(self._windows))])]
+        runs = range(len(self._windows))
+        measured = [self._whiten(number) for number in runs]
+        left = np.inf
+        for delay in DELAYS_S:
+            vibration = [self._felt(number, delay) for number in runs]
+            flat = [x[:, 0] for x in _flat(vibration, measured)]
+            energy = float(sum(x @ x for x in flat))
+            if energy < left:
+                left, self._vibration, self._measured = energy, vibration, flat
 
     def _bins(self, n: int, rate_hz: float) -> Bins:
         bins = window_bins(n, rate_hz, self._noise, WIDEST_HZ)
@@ -94,7 +104,7 @@ class WideBand:
             if len(self._rows) > KEPT:
                 self._rows.clear()
             designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
-            self._rows[key] = tuple(self._flat([self._columns(i, design) for i, design in enumerate(designs)]))
+            self._rows[key] = tuple(_flat(self._vibration, [self._columns(i, d) for i, d in enumerate(designs)]))
         return self._rows[key]
 
     def _columns(self, number: int, design: Mixed) -> list[FloatArray]:
@@ -113,28 +123,35 @@ class WideBand:
             for w, b in (self._windows or [])[number]
         ]
 
-    def _felt(self, number: int) -> list[FloatArray]:
-        """The same of the specific force and its rate of change, (axes, rows, 6): the gyro's filter may be later."""
+    def _felt(self, number: int, delay_s: float) -> list[FloatArray]:
+        """The same of the specific force and its rate of change, as late as the gyro, (axes, rows, 6)."""
         run = self._campaign.fit[number].run
         force = np.where(np.isfinite(run.specific_force), run.specific_force, 0.0)
         out = []
         for window, bins in (self._windows or [])[number]:
-            cut = force[window.start : window.stop]
+            cut = _later(force[window.start : window.stop], delay_s * run.rate_hz)
             series = np.concatenate([cut, np.gradient(cut, axis=0)], axis=1).T
             out.append(rows_by_axis(np.ascontiguousarray(series), bins, self._noise))
         return out
 
-    def _flat(self, rows: Rows) -> list[FloatArray]:
-        """Rows (rows, p) by run, in a row, without what goes with the vibration (one factor for all runs)."""
-        pairs = [
-            (f, x) for felt, own in zip(self._vibration, rows, strict=True) for f, x in zip(felt, own, strict=True)
-        ]
-        width = next((x.shape[2] for _, x in pairs), 0)
-        normal = sum((f.transpose(0, 2, 1) @ f for f, _ in pairs), np.zeros((len(self._noise), 6, 6)))
-        moved = sum((f.transpose(0, 2, 1) @ x for f, x in pairs), np.zeros((len(self._noise), 6, width)))
-        factor = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ moved
-        out = []
-        for felt, own in zip(self._vibration, rows, strict=True):
-            parts = [(x - f @ factor).reshape(-1, width) for f, x in zip(felt, own, strict=True)]
-            out.append(np.concatenate([np.zeros((0, width)), *parts]))
-        return out
+
+def _later(series: FloatArray, samples: float) -> FloatArray:
+    """A series (n, k) later by a number of samples, periodic."""
+    turn = np.exp(-2j * np.pi * samples * np.fft.rfftfreq(len(series)))
+    return np.asarray(irfft(rfft(series, axis=0) * turn[:, None], len(series), axis=0))
+
+
+def _flat(vibration: Rows, rows: Rows) -> list[FloatArray]:
+    """Rows (rows, p) by run, in a row, without what goes with the vibration (one factor for all runs)."""
+    pairs = [(f, x) for felt, own in zip(vibration, rows, strict=True) for f, x in zip(felt, own, strict=True)]
+    if not pairs:
+        return [np.zeros((0, 1)) for _ in rows]
+    normal = sum(f.transpose(0, 2, 1) @ f for f, _ in pairs)
+    moved = sum(f.transpose(0, 2, 1) @ x for f, x in pairs)
+    factor = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ moved
+    width = factor.shape[2]
+    out = []
+    for felt, own in zip(vibration, rows, strict=True):
+        parts = [(x - f @ factor).reshape(-1, width) for f, x in zip(felt, own, strict=True)]
+        out.append(np.concatenate([np.zeros((0, width)), *parts]))
+    return out
