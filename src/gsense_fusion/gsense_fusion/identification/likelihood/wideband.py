@@ -72,7 +72,7 @@ class WideBand:
         left = np.inf
         for delay in DELAYS_S:
             vibration = [self._felt(number, delay) for number in runs]
-            flat = [x[:, 0] for x in _flat(vibration, measured)]
+            flat = [x[:, 0] for x in _flat(vibration, measured, 1)]
             energy = float(sum(x @ x for x in flat))
             if energy < left:
                 left, self._vibration, self._measured = energy, vibration, flat
@@ -104,7 +104,9 @@ class WideBand:
             if len(self._rows) > KEPT:
                 self._rows.clear()
             designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
-            self._rows[key] = tuple(_flat(self._vibration, [self._columns(i, d) for i, d in enumerate(designs)]))
+            self._rows[key] = tuple(
+                _flat(self._vibration, [self._columns(i, d) for i, d in enumerate(designs)], len(effect.parameters))
+            )
         return self._rows[key]
 
     def _columns(self, number: int, design: Mixed) -> list[FloatArray]:
@@ -141,15 +143,14 @@ def _later(series: FloatArray, samples: float) -> FloatArray:
     return np.asarray(irfft(rfft(series, axis=0) * turn[:, None], len(series), axis=0))
 
 
-def _flat(vibration: Rows, rows: Rows) -> list[FloatArray]:
-    """Rows (rows, p) by run, in a row, without what goes with the vibration (one factor for all runs)."""
+def _flat(vibration: Rows, rows: Rows, width: int) -> list[FloatArray]:
+    """Rows (rows, width) by run, in a row, without what goes with the vibration (one factor for all runs)."""
     pairs = [(f, x) for felt, own in zip(vibration, rows, strict=True) for f, x in zip(felt, own, strict=True)]
     if not pairs:
-        return [np.zeros((0, 1)) for _ in rows]
+        return [np.zeros((0, width)) for _ in rows]
     normal = sum(f.transpose(0, 2, 1) @ f for f, _ in pairs)
     moved = sum(f.transpose(0, 2, 1) @ x for f, x in pairs)
     factor = np.linalg.pinv(normal, rcond=1e-9, hermitian=True) @ moved
-    width = factor.shape[2]
     out = []
     for felt, own in zip(vibration, rows, strict=True):
         parts = [(x - f @ factor).reshape(-1, width) for f, x in zip(felt, own, strict=True)]
