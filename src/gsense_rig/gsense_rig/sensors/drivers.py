@@ -27,10 +27,9 @@ class GyroDriver(IntEnum):
     ACCELERATION_CUBED = 13  # along the sensor's own axes, (m/s^2)^3
     SWAY = 14  # acceleration along the sensor's axes through the mount's resonance, m/s^2
     SUPPLY = 15  # the cell's voltage minus that of a full one, V
-    TOOTH = 16  # sine of the position over the belt's pitch
-    RATTLE_X = 17  # vibration of unit strength times the speed, m/s; one for each axis
-    RATTLE_Y = 18
-    RATTLE_Z = 19
+    RATTLE_X = 16  # vibration of unit strength times the speed, m/s; one for each axis
+    RATTLE_Y = 17
+    RATTLE_Z = 18
 
 
 class TiltDriver(IntEnum):
@@ -41,6 +40,7 @@ class TiltDriver(IntEnum):
     SPEED = 2  # m/s
     ACCELERATION = 3  # m/s^2
     PLAY = 4  # -1 to 1: where the carriage leans in its bearings' play
+    TOOTH = 5  # sine of the position over the belt's pitch: rad/s of the rate, its angle is too small to be felt
 
 
 class FieldDriver(IntEnum):

@@ -91,11 +91,10 @@ def _drivers(sample: Array, cfg: Settings, state: State, noise: Array) -> None:
         pushed += along
     d[14] = _sway(pushed, cfg, state)
     d[15] = cfg.supply[2] - cfg.supply[3] * state.steps[0] - cfg.supply[4]
-    d[16] = math.sin(cfg.tooth[0] * sample[1] + cfg.tooth[1])
     for i in range(3):
         if noise.size > NOISE_RATTLE:
             state.rattle[i] = cfg.rattle[0] * state.rattle[i] + cfg.rattle[1] * noise[NOISE_RATTLE + i]
-        d[17 + i] = state.rattle[i] * v
+        d[16 + i] = state.rattle[i] * v
 
 
 @inner

@@ -51,6 +51,7 @@ def true_motion(sample: Array, cfg: Settings, state: State, B: Array) -> None:
     before = state.play[0]
     lean = _lean(s, cfg, state)
     leaning = (lean - before) / STEP
+    tooth = math.sin(cfg.tooth[0] * s + cfg.tooth[1])
     truth = state.truth
     curve = np.empty(3)  # d(attitude)/ds
     spin = np.empty(3)
@@ -58,7 +59,7 @@ def true_motion(sample: Array, cfg: Settings, state: State, B: Array) -> None:
         t = cfg.tilt[i]
         curve[i] = t[0] + t[1] * s
         truth[TILT, i] = t[0] * s + t[1] * s * s / 2.0 + t[2] * v + t[3] * a + t[4] * lean
-        spin[i] = curve[i] * v + t[2] * a + t[3] * jerk + t[4] * leaning
+        spin[i] = curve[i] * v + t[2] * a + t[3] * jerk + t[4] * leaning + t[5] * tooth
     C = np.empty((3, 3))
     _rotation_transposed(truth[TILT], C)
     # A carriage that follows a bow is also accelerated towards its centre: v^2 d(tangent)/ds.

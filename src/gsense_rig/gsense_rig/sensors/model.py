@@ -41,7 +41,7 @@ class SignalModel:
     """Hz, of the mount's resonance, `GyroDriver.SWAY`."""
     sway_damping: float = 0.08
     tooth_pitch: float = 5e-3
-    """m, of `GyroDriver.TOOTH`."""
+    """m, of `TiltDriver.TOOTH`."""
     tooth_phase: float = 0.7
     """rad."""
     play: float = 1e-4

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from gsense_rig.sensors.drivers import FieldDriver, GyroDriver, TiltDriver
-from gsense_rig.sensors.effects.base import FieldTerm, GyroTerm, TiltTerm
+from gsense_rig.sensors.effects.base import FieldTerm, TiltTerm
 from gsense_rig.sensors.model import SignalModel
 
 LARGEST_SCALE = 0.5
@@ -40,11 +40,11 @@ class ReversalRock(TiltTerm):
     driver: ClassVar[TiltDriver] = TiltDriver.PLAY
 
 
-class BeltTooth(GyroTerm):
-    """The teeth of the belt, 5 mm apart, shake the carriage; rad/s at any speed."""
+class BeltTooth(TiltTerm):
+    """The teeth of the belt, 5 mm apart, shake the carriage about every axis of the rail; rad/s at any speed."""
 
     name: ClassVar[str] = "belt_tooth"
-    driver: ClassVar[GyroDriver] = GyroDriver.TOOTH
+    driver: ClassVar[TiltDriver] = TiltDriver.TOOTH
 
 
 @dataclass(frozen=True)
