@@ -14,7 +14,7 @@ import numpy.typing as npt
 from numba import njit
 
 from gsense_rig.sensors.constants import STEP
-from gsense_rig.sensors.kernel_motion import FIELD, FORCE, RATE, inner, true_motion
+from gsense_rig.sensors.kernel_motion import FIELD, FORCE, RATE, STILL, inner, true_motion
 from gsense_rig.sensors.layout import (
     ACCELS,
     CHANNELS,
@@ -38,8 +38,6 @@ from gsense_rig.sensors.layout import (
 )
 
 INT16_MIN, INT16_MAX = -32768, 32767
-_STILL = 0.002
-"""m/s: half width of the change of direction at a reversal."""
 
 
 @inner
@@ -80,7 +78,7 @@ def _drivers(sample: Array, cfg: Settings, state: State, noise: Array) -> None:
     d[4] = state.thermal[2] - cfg.thermal[7]
     d[5] = a * a
     d[6] = v
-    d[7] = math.tanh(v / _STILL)
+    d[7] = math.tanh(v / STILL)
     d[11] = math.sin(cfg.tone[0] * elapsed + cfg.tone[1])
     d[12] = 1.0 if elapsed >= cfg.jump_time else 0.0
     d[13] = 0.0

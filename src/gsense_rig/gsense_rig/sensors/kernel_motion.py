@@ -13,6 +13,8 @@ from gsense_rig.sensors.layout import Array, Settings, State
 # Only compiled code calls the inner functions: without wrappers for Python they compile in a fraction of the time.
 inner = njit(cache=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 RATE, FORCE, FIELD, TILT = 0, 1, 2, 3
+STILL = 0.002
+"""m/s: half width of the change of direction at a reversal."""
 
 
 @inner
@@ -51,7 +53,7 @@ def true_motion(sample: Array, cfg: Settings, state: State, B: Array) -> None:
     before = state.play[0]
     lean = _lean(s, cfg, state)
     leaning = (lean - before) / STEP
-    tooth = math.sin(cfg.tooth[0] * s + cfg.tooth[1])
+    tooth = math.sin(cfg.tooth[0] * s + cfg.tooth[1]) * abs(math.tanh(v / STILL))  # at rest nothing turns
     truth = state.truth
     curve = np.empty(3)  # d(attitude)/ds
     spin = np.empty(3)
