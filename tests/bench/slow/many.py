@@ -6,7 +6,8 @@ The ideal split is the sum of the sessions' times over the number of processes, 
 times are those of the same sessions one after the other in one process (`--alone` of them, spread over all sizes), with
 nothing else running: what the processes take from one another counts as a loss. The CPU times tell the parts apart also
 on a machine that is busy: of a session alone and side by side, and of a call that keeps everything (start, checksums,
-summary).
+summary). What no program can help is measured beside it: how much longer a loop in registers takes when the same loop
+runs on every core. Cores that are threads of one core, or one clock's budget, show there.
 """
 
 from __future__ import annotations
@@ -83,6 +84,21 @@ def cpu_of_children() -> float:
     return usage.ru_utime + usage.ru_stime
 
 
+def spin(_number: int) -> float:
+    """CPU time of a loop that touches no memory, s."""
+    begun, value = time.process_time(), 1
+    for _ in range(20_000_000):
+        value = (value * 5 + 1) & 0xFFFF
+    return time.process_time() - begun
+
+
+def slower_together(jobs: int) -> float:
+    """How much longer the loop takes on all cores at once than on one."""
+    with multiprocessing.get_context("spawn").Pool(jobs) as pool:
+        together = max(pool.map(spin, range(jobs), chunksize=1))
+    return together / spin(0)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--sessions", type=int, default=100)
@@ -107,6 +123,8 @@ def main() -> int:
     span = f"{min(alone):.2f} to {max(alone):.2f} s"
     print(f"{options.sessions} sessions, {options.jobs} processes: {wall:.1f} s; one alone {span}")
     print(f"ideal split of {expected:.1f} s: {ideal:.1f} s; wall time {ratio:.2f} times that (target {TARGET:g})")
+    slower = slower_together(options.jobs)
+    print(f"a loop in registers takes {slower:.2f} times as long on {options.jobs} cores at once as on one")
     print(f"against the times that the sessions took side by side: {wall * options.jobs / sum(together):.2f}")
     print(f"the same command again, everything kept: {again:.1f} s")
     start = cpu_again / (options.jobs + 1)  # of the command and of each worker alike
