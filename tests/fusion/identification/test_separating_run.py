@@ -1,4 +1,4 @@
-"""A run that is there already separates nothing."""
+"""The run that separates rivals: one that can, and that is not there already."""
 
 from __future__ import annotations
 
@@ -6,23 +6,39 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import yaml
 
+from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.outcome.findings import _separating_run
+from gsense_fusion.report.outputs import SEPARATING_RUNS
+from gsense_rig.campaign.plan import parse_plan
+
+ONCE, TURNED, QUARTER = (1.0, 0.0, 0.0), (-1.0, 0.02, 0.0), (0.01, 1.0, 0.0)
+LEVEL, ON_ITS_SIDE = (0.0, 0.0, 1.0), (0.0, 1.0, 0.02)
 
 
-def _session(*along: tuple[float, float, float]) -> Any:
-    effects = {
-        "viscous_tilt": SimpleNamespace(separates={"g_sensitivity": "board_turned_180"}, separating_run=None),
-        "g_sensitivity": SimpleNamespace(separates={}, separating_run="board_turned_180"),
-        "friction_pickup": SimpleNamespace(separates={}, separating_run="motor_beside_board"),
-    }
-    runs = [SimpleNamespace(mounting=SimpleNamespace(along=np.array(a))) for a in along]
+def _session(*mountings: tuple[tuple[float, float, float], tuple[float, float, float]]) -> Any:
+    runs = [SimpleNamespace(mounting=SimpleNamespace(along=np.array(a), up=np.array(u))) for a, u in mountings]
+    effects = {e.name: e for e in CATALOGUE}
     return SimpleNamespace(selection=SimpleNamespace(effects=effects), campaign=SimpleNamespace(fit=runs))
 
 
 def test_a_board_that_was_turned_need_not_be_turned_again() -> None:
-    once, turned = _session((1.0, 0.0, 0.0)), _session((1.0, 0.0, 0.0), (-1.0, 0.02, 0.0))
-    assert _separating_run(once, "viscous_tilt", ["g_sensitivity"]) == "board_turned_180"
-    assert _separating_run(turned, "viscous_tilt", ["g_sensitivity"]) is None
-    assert _separating_run(turned, "viscous_tilt", ["g_sensitivity", "friction_pickup"]) == "motor_beside_board"
-    assert _separating_run(turned, "viscous_tilt", []) is None
+    once, turned = _session((ONCE, LEVEL)), _session((ONCE, LEVEL), (TURNED, LEVEL))
+    assert _separating_run(once, "belt_tilt", ["jerk_coupling"]) == "board_turned_180"
+    assert _separating_run(turned, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
+    assert _separating_run(turned, "belt_tilt", []) is None
+    every = _session((ONCE, LEVEL), (TURNED, LEVEL), (QUARTER, LEVEL), (ONCE, ON_ITS_SIDE))
+    assert _separating_run(every, "belt_tilt", ["jerk_coupling"]) is None
+
+
+def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
+    once, turned = _session((ONCE, LEVEL)), _session((ONCE, LEVEL), (TURNED, LEVEL))
+    assert _separating_run(once, "time_offset", ["jerk_coupling"]) == "board_turned_90"
+    assert _separating_run(turned, "jerk_coupling", ["time_offset"]) == "board_turned_90"
+    assert _separating_run(once, "time_offset", ["jerk_coupling", "belt_tilt"]) == "board_turned_180"
+
+
+def test_every_separating_run_is_a_plan_that_the_rig_can_run() -> None:
+    for name, runs in SEPARATING_RUNS.items():
+        assert len(parse_plan(yaml.safe_dump({"runs": runs}), name).runs) == len(runs)

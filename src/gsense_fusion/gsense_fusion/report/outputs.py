@@ -34,7 +34,8 @@ SEPARATING_RUNS: dict[str, list[dict[str, Any]]] = {
         for w, r in ((3.0, "fit"), (5.0, "held_out"), (6.0, "fit"), (8.0, "fit"))
     ],
     "board_turned_90": [
-        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 90, "role": "fit"}
+        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": m, "role": "fit"}
+        for m in (90, "tilt_x")
         for w in (4.0, 6.0, 8.0)
     ],
     "temperature_soak": [{"shape": "static", "duration": 600.0, "mounting": 0, "position": 0.0, "role": "fit"}],

@@ -12,13 +12,17 @@ from gsense_fusion.identification.effects.base import Effect
 from gsense_fusion.identification.errors.metrics import band_rms
 from gsense_fusion.identification.outcome.parameters import effect_parameters
 from gsense_fusion.identification.result import Finding
-from gsense_fusion.identification.types import AXES, Parameter
+from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
 
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
 TURNED = "board_turned_180"
+QUARTER = "board_turned_90"
+"""About the vertical and about the rail: what is left open by the board turned by 180 degrees."""
 OPPOSITE = -0.9
 """Cosine between the rail's directions in the sensor's axes from which a board counts as turned."""
+ACROSS = 0.3
+"""Cosine between two directions in the sensor's axes under which they count as at right angles."""
 BAND_ORDERS = 3.0
 """A dynamic effect's own band reaches to the third order of the fastest drive."""
 
@@ -102,20 +106,40 @@ def _noise_findings(a: Analysis, last: str) -> list[Finding]:
 
 
 def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
-    """The run that tells an effect from its rivals, as the pair, it or one of them knows it; none that is there."""
-    done = {TURNED} if _turned(a) else set()
-    for one, other in [(name, n) for n in alternatives] + [(n, name) for n in alternatives]:
-        run = a.selection.effects[one].separates.get(other)
-        if run is not None and run not in done:
-            return run
-    known = (a.selection.effects[n].separating_run for n in (name, *alternatives))
-    return next((run for run in known if run is not None and run not in done), None) if alternatives else None
+    """The run that tells an effect from its rivals, as the pair, it or one of them knows it; none that is there.
+
+    A board turned by 180 degrees changes the sign of all that turns with the sensor, and of a tilt about a level axis:
+    such pairs need it turned by 90 degrees.
+    """
+    if not alternatives:
+        return None
+    effects = [a.selection.effects[n] for n in (name, *alternatives)]
+    pairs = [(name, n) for n in alternatives] + [(n, name) for n in alternatives]
+    known = [a.selection.effects[one].separates.get(other) for one, other in pairs]
+    known += [e.separating_run for e in effects]
+    useless = _done(a) | ({TURNED} if all(_turns_with_sensor(e) for e in effects) else set())
+    known += [QUARTER] if TURNED in known and TURNED in useless else []
+    return next((run for run in known if run is not None and run not in useless), None)
 
 
-def _turned(a: Analysis) -> bool:
-    """Whether two of the runs have the board turned by about 180 degrees against one another."""
-    known = [r.mounting.along for r in a.campaign.fit if r.mounting is not None and r.mounting.along is not None]
-    return any(float(one @ other) < OPPOSITE for one, other in itertools.combinations(known, 2))
+def _turns_with_sensor(effect: Effect) -> bool:
+    """Whether the sensor or its mount makes it of the specific force, in whatever direction the board lies."""
+    return effect.owner in (Owner.SENSOR, Owner.MOUNT) or "g_sensitivity" in effect.needs
+
+
+def _done(a: Analysis) -> set[str]:
+    """The turns of the board that the runs to fit have already."""
+    known = [r.mounting for r in a.campaign.fit if r.mounting is not None]
+    along = _cosines([m.along for m in known if m.along is not None])
+    up = _cosines([m.up for m in known if m.along is not None])
+    done = {TURNED} if any(c < OPPOSITE for c in along) else set()
+    quarter = all(any(abs(c) < ACROSS for c in cosines) for cosines in (along, up))
+    return done | ({QUARTER} if quarter else set())
+
+
+def _cosines(directions: Sequence[FloatArray]) -> list[float]:
+    """Between every two of some unit vectors."""
+    return [float(one @ other) for one, other in itertools.combinations(directions, 2)]
 
 
 def _own_band(a: Analysis, effect: Effect) -> float:
