@@ -35,7 +35,7 @@ REFINEMENT_PART = 0.01
 """An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
 FAMILY_PART = 0.1
 """The same beside one that looks alike to first order: what is left of it is more likely its own shape."""
-IN_MOTION = frozenset({"orders", "unequal", "lines", "band", "intensity"})
+IN_MOTION = frozenset({"orders", "kicks", "unequal", "lines", "band", "intensity"})
 """Kinds of symptoms that only motion shows."""
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""

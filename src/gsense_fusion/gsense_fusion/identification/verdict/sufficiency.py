@@ -17,6 +17,8 @@ from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.alternatives import beside, slow_residual, step_places, steps
 from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
+from gsense_fusion.identification.verdict.exertion import exertion
+from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energy
@@ -33,7 +35,7 @@ class Symptom:
     """Something that the complete model does not explain."""
 
     kind: str
-    """orders, lines, band, intensity, step or drift."""
+    """orders, kicks, lines, band, intensity, step or drift."""
     axes: tuple[str, ...]
     p_value: float
     rate_rms: float
@@ -96,7 +98,7 @@ def find_symptoms(
     still = [w for w in windows if not w.window.moving]
     found: list[Symptom] = []
     if moving:
-        found += _orders(likelihood, moving, alpha)
+        found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, alpha)
         found += _bands(moving, still, alpha)
     found += _intensity(likelihood, fit, alpha, level)
@@ -127,6 +129,15 @@ def _orders(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: flo
     frequencies = tuple(float(orders.order[i] * fastest) for i in strongest[:5])
     description = f"locked to the drive at order {text} (frequencies given for the fastest run)"
     return [Symptom("orders", _names(per_axis < 0.001), float(p.min()), rms, frequencies, description)]
+
+
+def _high_orders(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Many small orders above the tenth (a mode that every reversal excites): their power against that between them."""
+    found = locked_band(moving)
+    if found is None or found.p_value > alpha:
+        return []
+    text = f"locked to the drive at orders above {HALF_ORDERS[-1]:g}, {found.low_hz:g} to {found.high_hz:g} Hz"
+    return [Symptom("kicks", (AXES[found.axis],), found.p_value, found.rate_rms, (), text)]
 
 
 def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
@@ -209,22 +220,20 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> 
     runs = likelihood.campaign.fit
     if not any(r.motion is not None and r.motion.moving is not None for r in runs):
         return []
-    square = np.zeros(len(likelihood.blocks))
-    for i, (number, w) in enumerate(likelihood.cuts):
-        kin = likelihood.source.of(runs[number], fit.templates).kinematics
-        square[i] = float(np.mean(kin.acceleration[w.start : w.stop] ** 2))
-    if np.ptp(square) < 0.1:
+    columns, words = exertion(likelihood, fit)
+    if np.ptp(columns[:, 0]) < 0.1:
         return []
-    found = beside(likelihood, fit, square[:, None])
-    gain = float(found.gains[0]) / level
+    found = beside(likelihood, fit, columns)
+    best = int(np.argmax(found.gains))
+    gain = float(found.gains[best]) / level
     if found.hopeless(gain, len(likelihood.slow), alpha):
         return []
     p = found.p_value(gain)
     if p > alpha:
         return []
-    ratio, slope = _sizes(likelihood, fit, square)
-    rms = float(np.linalg.norm(slope) * np.sqrt(np.mean(square**2)))
-    text = "the mean rate depends on the mean square of the acceleration (rectification)"
+    ratio, slope = _sizes(likelihood, fit, columns[:, best])
+    rms = float(np.linalg.norm(slope) * np.sqrt(np.mean(columns[:, best] ** 2)))
+    text = f"the mean rate depends on {words[best]}"
     return [Symptom("intensity", _names(chi2.sf(ratio, 1) < 0.01), p, rms, (), text)]
 
 
