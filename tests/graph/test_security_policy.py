@@ -123,3 +123,11 @@ def in_use_quietly(node: Any, name: str) -> Names:
 @pytest.mark.parametrize("name", NODES)
 def test_policy_is_what_a_node_uses(live: dict[str, Names], name: str) -> None:
     assert live[name] == written()[name]
+
+
+def test_only_enclaves_stand_between_enclaves() -> None:
+    """sros2 takes whatever stands there for an enclave, a comment too, and then writes none."""
+    parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
+    enclaves = ET.parse(POLICY, parser).getroot().find("enclaves")
+    assert enclaves is not None
+    assert [child.tag for child in enclaves] == ["enclave"] * len(NODES)
