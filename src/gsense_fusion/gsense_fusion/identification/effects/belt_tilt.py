@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, lacks_direction, spec
-from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.effects.base import Drivers, spec
 from gsense_fusion.identification.effects.fast_mode import fast_jerk, fast_response, mode_fields, mode_templates
+from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.effects.turning import TrueTurn
-from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner
+from gsense_fusion.identification.types import ComplexArray, FloatArray
 
 
 class BeltTilt(TrueTurn):
@@ -37,26 +37,14 @@ class BeltTilt(TrueTurn):
         return np.asarray(fast_response(self.name, drivers, frequency_hz)[:, None, None] * mounting.sensor_from_rail)
 
 
-class BearingMode(Effect):
+class BearingMode(Shape):
     """The carriage rings on its bearings: the tilt's own column goes through the mode.
 
     What the accelerometer feels of the tilt, at the drive's first orders, changes too little to need it.
     """
 
     name = "belt_tilt_mode"
-    owner = Owner.RIG
+    shaped = BeltTilt
     equation = "the tilt through 1 / (1 + i w lag - (f / f0)^2)"
     source = "a carriage of a kilogram on preloaded bearings: 30 to 50 Hz"
-    parameters = ()
     templates = mode_templates(BeltTilt.name)
-    needs = ("belt_tilt",)
-    part_of = "belt_tilt"
-    bought = True
-
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the tilt needs."""
-        return lacks_direction(drivers)
-
-    def design(self, drivers: Drivers) -> Design:
-        """No columns, shape (n, 3, 0)."""
-        return np.zeros((len(drivers), 3, 0))

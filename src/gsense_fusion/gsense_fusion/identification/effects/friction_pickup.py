@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, lacks_motion, per_axis, spec
 from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.reversals import mean_direction
+from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.types import Owner
 
 DRAG = "friction_drag"
@@ -33,29 +32,17 @@ class FrictionPickup(Effect):
         return per_axis(mean_direction(drivers.time, speed) + drivers.templates.get(DRAG) * speed)
 
 
-class DragPickup(Effect):
+class DragPickup(Shape):
     """The same current overcomes viscous drag too: it acts in the same direction and needs no second effect.
 
     It shapes the pick-up's own columns. A pick-up of the speed in another direction is one of its own.
     """
 
     name = "friction_pickup_drag"
-    owner = Owner.CHAIN
+    shaped = FrictionPickup
     equation = "c (sign(v) + drag v)"
     source = "grease and seals of the bearings: as much as dry friction at some m/s"
-    parameters = ()
     templates = (TemplateSpec("drag", "s/m", DRAG, (0.15, 0.5, 1.5), 0.0, 5.0, 0.3, owns_effect=True, default=0.0),)
-    needs = ("friction_pickup",)
-    part_of = "friction_pickup"
-    bought = True
-
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the pick-up needs."""
-        return lacks_motion(drivers)
-
-    def design(self, drivers: Drivers) -> Design:
-        """No columns, shape (n, 3, 0)."""
-        return np.zeros((len(drivers), 3, 0))
 
 
 class InertiaPickup(Effect):

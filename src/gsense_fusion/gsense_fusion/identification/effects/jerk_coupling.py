@@ -7,6 +7,7 @@ import numpy as np
 from gsense_fusion.identification.effects.base import Drivers, Effect, along_sign, lacks_motion, per_axis, spec
 from gsense_fusion.identification.effects.design import Design
 from gsense_fusion.identification.effects.fast_mode import fast_jerk, fast_response, mode_fields, mode_templates
+from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner
 
 
@@ -36,23 +37,11 @@ class JerkCoupling(Effect):
         return np.asarray(answer[:, None, None] * np.eye(3))
 
 
-class FastMode(Effect):
+class FastMode(Shape):
     """The coupling is late or has a corner: its own column goes through a mode."""
 
     name = "jerk_coupling_mode"
-    owner = Owner.SENSOR
+    shaped = JerkCoupling
     equation = "df/dt through 1 / (1 + i w lag - (f / f0)^2)"
     source = "second order of the same response"
-    parameters = ()
     templates = mode_templates(JerkCoupling.name)
-    needs = ("jerk_coupling",)
-    part_of = "jerk_coupling"
-    bought = True
-
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the coupling needs."""
-        return lacks_motion(drivers)
-
-    def design(self, drivers: Drivers) -> Design:
-        """No columns, shape (n, 3, 0)."""
-        return np.zeros((len(drivers), 3, 0))

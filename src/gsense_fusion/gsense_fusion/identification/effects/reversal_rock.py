@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
-from gsense_fusion.identification.effects.base import Drivers, Effect, TemplateSpec, lacks_direction, spec
-from gsense_fusion.identification.effects.design import Design
+from gsense_fusion.identification.effects.base import Drivers, TemplateSpec, spec
 from gsense_fusion.identification.effects.fine import fine_motion
 from gsense_fusion.identification.effects.reversals import rock_angle, rock_rate
+from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.effects.turning import TrueTurn
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.types import FloatArray
 
 LONGEST_LAG_S = 0.05
 DUCTILITY = "rock_ductility"
@@ -46,40 +46,28 @@ class ReversalRock(TrueTurn):
         return fine.sampled(rate, drivers.response, means=True)
 
 
-class ContactLag(Effect):
+class ContactLag(Shape):
     """The contacts give way with a time constant: the turn follows the travel late. It shapes the turn's own columns.
 
     Only a large play shows it; what the accelerometer feels of the turn changes too little to need it.
     """
 
     name = "reversal_rock_lag"
-    owner = Owner.RIG
+    shaped = ReversalRock
     equation = "the turn through 1 / (1 + lag d/dt)"
     source = "stiffness and damping of lubricated contacts: some milliseconds"
-    parameters = ()
     templates = (
         TemplateSpec(
             "lag", "s", "rock_lag_s", (0.002, 0.005, 0.012), 0.0, LONGEST_LAG_S, 0.003, owns_effect=True, default=0.0
         ),
     )
-    needs = ("reversal_rock",)
-    part_of = "reversal_rock"
-    bought = True
-    separating_run = None
-
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the play needs."""
-        return lacks_direction(drivers)
-
-    def design(self, drivers: Drivers) -> Design:
-        """No columns, shape (n, 3, 0)."""
-        return np.zeros((len(drivers), 3, 0))
 
 
-class Contact(ContactLag):
+class Contact(Shape):
     """How the contacts take up the load: Dahl's exponent, from an even slack (0) to an exponential (1) and beyond."""
 
     name = "reversal_rock_contact"
+    shaped = ReversalRock
     equation = "u' = -u^ductility over the travel, for the way u to the other end"
     source = "Dahl, A Solid Friction Model, 1968"
     templates = (
