@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import yaml
 
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.outcome.findings import _separating_run
-from gsense_fusion.report.outputs import SEPARATING_RUNS
+from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.report.outputs import SEPARATING_RUNS, next_plan
 from gsense_rig.campaign.plan import parse_plan
 
 ONCE, TURNED, QUARTER = (1.0, 0.0, 0.0), (-1.0, 0.02, 0.0), (0.01, 1.0, 0.0)
@@ -28,8 +29,9 @@ def test_a_board_that_was_turned_need_not_be_turned_again() -> None:
     assert _separating_run(once, "belt_tilt", ["jerk_coupling"]) == "board_turned_180"
     assert _separating_run(turned, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
     assert _separating_run(turned, "belt_tilt", []) is None
-    every = _session((ONCE, LEVEL), (TURNED, LEVEL), (QUARTER, LEVEL), (ONCE, ON_ITS_SIDE))
-    assert _separating_run(every, "belt_tilt", ["jerk_coupling"]) is None
+    quarter, side = (_session((ONCE, LEVEL), (TURNED, LEVEL), m) for m in ((QUARTER, LEVEL), (ONCE, ON_ITS_SIDE)))
+    assert _separating_run(quarter, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
+    assert _separating_run(side, "belt_tilt", ["jerk_coupling"]) is None
 
 
 def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
@@ -37,6 +39,18 @@ def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
     assert _separating_run(once, "time_offset", ["jerk_coupling"]) == "board_turned_90"
     assert _separating_run(turned, "jerk_coupling", ["time_offset"]) == "board_turned_90"
     assert _separating_run(once, "time_offset", ["jerk_coupling", "belt_tilt"]) == "board_turned_180"
+    assert _separating_run(_session((ONCE, LEVEL), (QUARTER, LEVEL)), "time_offset", ["jerk_coupling"]) is None
+
+
+def test_the_board_is_laid_on_its_side_where_the_rig_may_turn() -> None:
+    def mountings(effect: str, rival: str) -> set[str]:
+        finding = SimpleNamespace(effect=effect, alternatives=(rival,), separating_run="board_turned_90")
+        plan = next_plan(cast(LoopResult, SimpleNamespace(findings=(finding,))))
+        assert plan is not None
+        return {run.mounting for run in parse_plan(plan, "next").runs}
+
+    assert mountings("jerk_coupling", "belt_tilt") == {"0", "tilt_x"}
+    assert mountings("time_offset", "jerk_coupling") == {"0", "90"}
 
 
 def test_every_separating_run_is_a_plan_that_the_rig_can_run() -> None:

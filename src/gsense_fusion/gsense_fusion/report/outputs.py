@@ -25,7 +25,8 @@ from gsense_fusion.compensation import (
     Term,
     Vector,
 )
-from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.catalogue import CATALOGUE
+from gsense_fusion.identification.result import Finding, LoopResult
 from gsense_fusion.identification.types import Owner, Parameter
 
 SEPARATING_RUNS: dict[str, list[dict[str, Any]]] = {
@@ -34,8 +35,7 @@ SEPARATING_RUNS: dict[str, list[dict[str, Any]]] = {
         for w, r in ((3.0, "fit"), (5.0, "held_out"), (6.0, "fit"), (8.0, "fit"))
     ],
     "board_turned_90": [
-        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": m, "role": "fit"}
-        for m in (90, "tilt_x")
+        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 90, "role": "fit"}
         for w in (4.0, 6.0, 8.0)
     ],
     "temperature_soak": [{"shape": "static", "duration": 600.0, "mounting": 0, "position": 0.0, "role": "fit"}],
@@ -137,12 +137,26 @@ def _vector(parameters: Any, letter: str) -> Vector:
 
 def next_plan(result: LoopResult) -> str | None:
     """A plan for `campaign` that separates the listed rivals; None where there are none."""
-    wanted = [f.separating_run for f in result.findings if f.alternatives and f.separating_run in SEPARATING_RUNS]
-    if not wanted:
+    open_ones = [f for f in result.findings if f.alternatives and f.separating_run in SEPARATING_RUNS]
+    if not open_ones:
         return None
     runs = [REST]
-    for name in dict.fromkeys(wanted):
-        runs += SEPARATING_RUNS[str(name)]
+    for finding in open_ones:
+        runs += [run for run in _separating_runs(finding) if run not in runs]
     rivals = "; ".join(f"{f.effect} or {', '.join(f.alternatives)}" for f in result.findings if f.alternatives)
-    hands = "".join(f"# {name}: {BY_HAND[name]}\n" for name in dict.fromkeys(wanted) if name in BY_HAND)
+    wanted = dict.fromkeys(f.separating_run for f in open_ones)
+    hands = "".join(f"# {name}: {BY_HAND[name]}\n" for name in wanted if name in BY_HAND)
     return f"# separates {rivals}\n{hands}" + yaml.safe_dump({"runs": runs}, sort_keys=False, default_flow_style=None)
+
+
+def _separating_runs(finding: Finding) -> list[dict[str, Any]]:
+    """The runs that separate a finding from its rivals.
+
+    By 90 degrees about the vertical the force comes to another axis of the sensor, which may answer otherwise: where
+    the rig may turn, the board is laid on its side instead, and the force keeps its axis.
+    """
+    runs = SEPARATING_RUNS[str(finding.separating_run)]
+    turning = {e.name for e in CATALOGUE if e.owner is Owner.RIG} & {finding.effect, *finding.alternatives}
+    if finding.separating_run == "board_turned_90" and turning:
+        return [{**run, "mounting": "tilt_x"} for run in runs]
+    return runs

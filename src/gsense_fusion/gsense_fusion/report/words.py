@@ -29,8 +29,8 @@ TIMING = "fix the timing: gyro and accelerometer are not read at the same instan
 SEPARATING_RUNS = {
     "board_turned_180": "the same runs with the board turned by 180 degrees about the vertical: seen in the sensor's "
     "axes, what belongs to the rig turns, and what belongs to the sensor stays",
-    "board_turned_90": "the same runs with the board turned by 90 degrees about the vertical, and on its side, "
-    "by 90 degrees about the rail",
+    "board_turned_90": "the same runs with the board turned by 90 degrees: on its side, about the rail, where the rig "
+    "may turn, else about the vertical",
     "supply_toggled": "a run at rest with the supply voltage toggled",
     "temperature_soak": "a long run at rest while the board warms up and cools down by 10 K",
     "motor_beside_board": "the motor moving with the board lying still beside it",

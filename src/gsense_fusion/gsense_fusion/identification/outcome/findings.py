@@ -18,7 +18,7 @@ AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
 TURNED = "board_turned_180"
 QUARTER = "board_turned_90"
-"""About the vertical and about the rail: what is left open by the board turned by 180 degrees."""
+"""What is left open by the board turned by 180 degrees: on its side where the rig may turn, else about the vertical."""
 OPPOSITE = -0.9
 """Cosine between the rail's directions in the sensor's axes from which a board counts as turned."""
 ACROSS = 0.3
@@ -117,7 +117,8 @@ def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str 
     pairs = [(name, n) for n in alternatives] + [(n, name) for n in alternatives]
     known = [a.selection.effects[one].separates.get(other) for one, other in pairs]
     known += [e.separating_run for e in effects]
-    useless = _done(a) | ({TURNED} if all(_turns_with_sensor(e) for e in effects) else set())
+    alike = all(_turns_with_sensor(e) for e in effects)
+    useless = _done(a, alike) | ({TURNED} if alike else set())
     known += [QUARTER] if TURNED in known and TURNED in useless else []
     return next((run for run in known if run is not None and run not in useless), None)
 
@@ -127,14 +128,16 @@ def _turns_with_sensor(effect: Effect) -> bool:
     return effect.owner in (Owner.SENSOR, Owner.MOUNT) or "g_sensitivity" in effect.needs
 
 
-def _done(a: Analysis) -> set[str]:
-    """The turns of the board that the runs to fit have already."""
-    known = [r.mounting for r in a.campaign.fit if r.mounting is not None]
+def _done(a: Analysis, about_vertical: bool) -> set[str]:
+    """The turns of the board that the runs to fit have already; the one by 90 degrees about the vertical or the rail.
+
+    About the rail the specific force keeps its axis in the sensor, about the vertical it comes to another one.
+    """
+    known = [r.mounting for r in a.campaign.fit if r.mounting is not None and r.mounting.along is not None]
     along = _cosines([m.along for m in known if m.along is not None])
-    up = _cosines([m.up for m in known if m.along is not None])
+    quarter = along if about_vertical else _cosines([m.up for m in known])
     done = {TURNED} if any(c < OPPOSITE for c in along) else set()
-    quarter = all(any(abs(c) < ACROSS for c in cosines) for cosines in (along, up))
-    return done | ({QUARTER} if quarter else set())
+    return done | ({QUARTER} if any(abs(c) < ACROSS for c in quarter) else set())
 
 
 def _cosines(directions: Sequence[FloatArray]) -> list[float]:
