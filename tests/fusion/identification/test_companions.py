@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from gsense_fusion.identification.verdict import claims
+from gsense_fusion.identification.verdict import unequal
 
 LEANS_ON = {"belt_tilt": "rail_curvature", "speed_pickup": "belt_tilt", "g_squared": None}
 
@@ -16,22 +16,22 @@ LEANS_ON = {"belt_tilt": "rail_curvature", "speed_pickup": "belt_tilt", "g_squar
 def selection(monkeypatch: pytest.MonkeyPatch) -> Any:
     """Each effect holds in every run only where the one that it leans on is in the model."""
 
-    def unequal(_selection: object, fit: frozenset[str], names: list[str]) -> list[str]:
+    def holds_alone(_selection: object, fit: frozenset[str], names: list[str]) -> list[str]:
         return [n for n in names if LEANS_ON[n] is not None and LEANS_ON[n] not in fit]
 
-    monkeypatch.setattr(claims, "_fit", lambda _selection, names: frozenset(names))
-    monkeypatch.setattr(claims, "_unequal", unequal)
+    monkeypatch.setattr(unequal, "claimed_fit", lambda _selection, names: frozenset(names))
+    monkeypatch.setattr(unequal, "unequal_among", holds_alone)
     return SimpleNamespace()
 
 
 def test_companions_of_a_demoted_claim_fall_one_after_the_other(selection: Any) -> None:
     names = ["rail_curvature", "belt_tilt", "g_squared", "speed_pickup"]
-    assert claims._companions(selection, names, [], ["rail_curvature"]) == ["belt_tilt", "speed_pickup"]
+    assert unequal.companions(selection, names, [], ["rail_curvature"]) == ["belt_tilt", "speed_pickup"]
 
 
 def test_a_refinement_of_shape_that_stays_supports_them(selection: Any) -> None:
-    assert claims._companions(selection, ["speed_pickup"], ["belt_tilt"], ["rail_curvature"]) == []
+    assert unequal.companions(selection, ["speed_pickup"], ["belt_tilt"], ["rail_curvature"]) == []
 
 
 def test_without_a_demoted_claim_nothing_is_tested_again(selection: Any) -> None:
-    assert claims._companions(selection, ["belt_tilt"], [], []) == []
+    assert unequal.companions(selection, ["belt_tilt"], [], []) == []

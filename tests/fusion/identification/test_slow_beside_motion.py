@@ -14,7 +14,7 @@ from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.search.alternatives import motion_offsets, p_beside
 from gsense_fusion.identification.types import Role
-from gsense_fusion.identification.verdict.claims import SLOW_ALPHA
+from gsense_fusion.identification.verdict.vetoes import SLOW_ALPHA
 
 from .sessions import SETTINGS, made
 

@@ -13,7 +13,7 @@ from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.outcome.precision import rounding_variance
 from gsense_fusion.identification.search.interval import searched
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
-from gsense_fusion.identification.verdict.claims import survives
+from gsense_fusion.identification.verdict.left_out import survives
 
 
 def effect_parameters(

@@ -1,0 +1,45 @@
+"""Claims that are of another size in every run, and what falls with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsense_fusion.identification.likelihood.model import Fit
+from gsense_fusion.identification.search.selection import Selection
+from gsense_fusion.identification.verdict.homogeneity import homogeneity
+from gsense_fusion.identification.verdict.models import claimed_fit
+from gsense_fusion.identification.verdict.sizes import axes_of, size_in_motion
+from gsense_fusion.identification.verdict.sufficiency import Symptom
+
+
+def unequal_among(selection: Selection, fit: Fit, names: Sequence[str]) -> list[str]:
+    """Dynamic claims that are of another size in every run."""
+    dynamic = [n for n in names if selection.effects[n].dynamic]
+    return [n for n in dynamic if not homogeneity(selection.likelihood, fit, selection.effects[n]).holds]
+
+
+def companions(
+    selection: Selection, names: Sequence[str], refinements: Sequence[str], demoted: Sequence[str]
+) -> list[str]:
+    """Claims that are of one size only beside a demoted one: together they imitated what is in neither."""
+    out: list[str] = []
+    new = list(demoted)
+    while new:
+        left = [n for n in names if n not in demoted and n not in out]
+        new = unequal_among(selection, claimed_fit(selection, [*left, *refinements]), left)
+        out += new
+    return out
+
+
+def unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
+    """What is left where a demoted claim was: something like it, of another size in every run."""
+    likelihood = selection.likelihood
+    rms = size_in_motion(selection, fit, name)
+    fastest = max(
+        (r.motion.angular_frequency or 0.0 for r in likelihood.campaign.fit if r.motion is not None), default=0.0
+    )
+    text = f"locked to the drive and like {name}, but of another size in every run"
+    p = homogeneity(likelihood, fit, selection.effects[name]).p_value
+    return Symptom("unequal", axes_of(rms), p, float(np.linalg.norm(rms)), (fastest,), text)

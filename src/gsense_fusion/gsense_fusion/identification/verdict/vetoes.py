@@ -1,0 +1,99 @@
+"""Why an effect of the best model is no claim."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gsense_fusion.identification.effects.quantization import Rounding
+from gsense_fusion.identification.likelihood.model import Fit
+from gsense_fusion.identification.search.alternatives import p_beside
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, template_sound
+from gsense_fusion.identification.verdict.left_out import survives
+from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
+from gsense_fusion.identification.verdict.refinement import of_its_own
+from gsense_fusion.identification.verdict.residual import residuals
+from gsense_fusion.identification.verdict.sizes import axes_of, size_in_motion
+from gsense_fusion.identification.verdict.sufficiency import FAMILIES, FAMILY_ALPHA, order_energy
+
+SLOW_ALPHA = FAMILY_ALPHA / FAMILIES
+"""Of what block means alone show: the chance that drift makes any of the slow alternatives gain as much."""
+FELT_CLAIM_GAIN = 40.0
+"""Least gain in twice the log-likelihood of what the accelerometer alone shows (a tilt with the speed, which hides in
+G for the gyro)."""
+REFINEMENT_PART = 0.01
+"""An effect of the motion that removes less than this part of what the strongest one does refines a shape: no claim."""
+FAMILY_PART = 0.1
+"""The same beside one that looks alike to first order: what is left of it is more likely its own shape."""
+
+
+def refines(selection: Selection, best: Fit, found: Sequence[str], name: str) -> str | None:
+    """What an effect of the motion is small beside, so that it only refines its shape; None where it is not."""
+    effects = selection.effects
+    if not effects[name].dynamic:
+        return None
+    gain = {n: selection.gain(best, n)[0] for n in found if effects[n].dynamic}
+    largest = max(gain, key=lambda n: gain[n])
+    if gain[name] < REFINEMENT_PART * gain[largest] and not of_its_own(selection, best, name, largest):
+        return f"{100 * REFINEMENT_PART:.0f} % of the strongest effect"
+    family = effects[name].family
+    alike = {n: g for n, g in gain.items() if family is not None and effects[n].family == family}
+    strongest = max(alike, key=lambda n: alike[n], default=name)
+    if gain[name] < FAMILY_PART * gain[strongest]:
+        return f"{100 * FAMILY_PART:.0f} % of what {strongest} does, which looks like it"
+    return None
+
+
+def refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> str | None:
+    """Why an effect of the best model is no claim; None where it is one."""
+    effect = selection.effects[name]
+    if selection.gain(best, name)[0] < RIVAL_LOGLIK:
+        return "hardly improves the fit: no claim"
+    if not effect.dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
+        return f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim"
+    if _only_felt(selection, best, name):
+        return "rests on the accelerometer alone and is not clear enough there: no claim"
+    if not all(template_sound(selection.likelihood, best, t) for t in effect.templates if not t.optional):
+        return "is only a local optimum: its parameter is not significant or at the end of its range"
+    if rounded is not None and _is_rounding(selection, best, name, rounded):
+        return "is as small as the gyro's rounding makes it: no claim"
+    holds = not effect.dynamic or survives(selection, best, name)
+    return None if holds else "does not hold on runs left out in turn: dropped"
+
+
+def rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bool:
+    """Whether a slow effect is no more than chance where the means of the runs' motion are free."""
+    rest = claimed_fit(selection, [n for n in names if n != name and name not in selection.effects[n].needs])
+    return p_beside(selection.likelihood, rest, name, 0.0, free_motion=True) > SLOW_ALPHA
+
+
+def _by_chance(selection: Selection, best: Fit, name: str) -> float:
+    """Chance that drift alone makes some slow effect gain as much as this one does beside the others."""
+    rest = fit_without(selection, best, name)
+    return p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
+
+
+def _only_felt(selection: Selection, best: Fit, name: str) -> bool:
+    """Whether the gyro would not miss an effect, and the accelerometer does not miss it clearly either."""
+    felt = selection.felt_gain(best, name)
+    seen = selection.gain(best, name)[0] - felt
+    return selection.effects[name].dynamic and seen < RIVAL_LOGLIK and felt < FELT_CLAIM_GAIN
+
+
+def _is_rounding(selection: Selection, fit: Fit, name: str, rounded: Rounding) -> bool:
+    """Whether an effect is a curve of the signal that rounding to the gyro's step can make by itself."""
+    if not selection.effects[name].memoryless:
+        return False
+    rms = size_in_motion(selection, fit, name)
+    return rounded.makes(axes_of(rms), float(np.linalg.norm(rms)))
+
+
+def removed_part(selection: Selection, full: Fit, name: str) -> float:
+    """Part of the drive-locked energy that the effect removes from the model without it."""
+    likelihood = selection.likelihood
+    without = fit_without(selection, full, name)
+    runs = likelihood.campaign.fit
+    before = order_energy([w for w in residuals(likelihood, without, runs) if w.window.moving]).locked()
+    after = order_energy([w for w in residuals(likelihood, full, runs) if w.window.moving]).locked()
+    return 1.0 - after / before if before > 0 else 1.0
