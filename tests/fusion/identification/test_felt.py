@@ -20,7 +20,7 @@ from gsense_fusion.identification.effects.rail_curvature import RailCurvature
 from gsense_fusion.identification.effects.viscous_tilt import ViscousTilt
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.felt.channel import ForceChannel
-from gsense_fusion.identification.likelihood.whitened import Columns
+from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.recording.integrity import clean_runs

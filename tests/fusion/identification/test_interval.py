@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.likelihood.model import solve
-from gsense_fusion.identification.likelihood.whitened import Gram
 from gsense_fusion.identification.search.interval import instant, joint, reach, template_stderr
 
 INSTANT = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0, gaps=True)

@@ -10,7 +10,7 @@ import pytest
 from tests.study.simulator import Disturbance
 
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup
-from gsense_fusion.identification.likelihood.whitened import Columns
+from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.verdict.refinement import _elsewhere
 
 from .sessions import BOW, analysed, names

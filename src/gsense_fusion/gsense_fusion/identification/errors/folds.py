@@ -11,8 +11,8 @@ from gsense_fusion.identification.campaign import Campaign, DriverSource, RunDat
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.errors.metrics import Held
 from gsense_fusion.identification.errors.predict import Prediction, Predictor
+from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.likelihood.whitened import Columns
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import Role

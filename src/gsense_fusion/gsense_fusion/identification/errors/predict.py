@@ -9,9 +9,9 @@ import numpy as np
 
 from gsense_fusion.identification.campaign import DriverSource, RunData
 from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
+from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.likelihood.store import predicted
-from gsense_fusion.identification.likelihood.whitened import Columns
 from gsense_fusion.identification.types import FloatArray, Owner
 
 

@@ -19,8 +19,8 @@ from gsense_fusion.identification.campaign import Campaign, DriverSource, RunDat
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.felt.orders import OrderProjection, project_orders
+from gsense_fusion.identification.likelihood.gram import Columns, Gram
 from gsense_fusion.identification.likelihood.store import DELAY, fields_of
-from gsense_fusion.identification.likelihood.whitened import Columns, Gram
 from gsense_fusion.identification.noise.spectrum import NoiseModel, fit_noise
 from gsense_fusion.identification.types import FloatArray, IntArray
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsense_fusion.identification.likelihood.whitened import Gram
+from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.types import FloatArray, IntArray
 
 TOLERANCE = 0.04

@@ -12,8 +12,9 @@ from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.felt.channel import ForceChannel
 from gsense_fusion.identification.likelihood.alignment import Tolerance, differences, marginalise
 from gsense_fusion.identification.likelihood.blocks import block_means, cut_blocks
+from gsense_fusion.identification.likelihood.gram import Columns, Gram
 from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise, estimate_drifts, initial_drift
-from gsense_fusion.identification.likelihood.whitened import Columns, Gram, WhitenedCampaign
+from gsense_fusion.identification.likelihood.whitened import WhitenedCampaign
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, Owner
 

@@ -16,7 +16,7 @@ from scipy.linalg import cho_factor
 from scipy.linalg.lapack import dpotri, dpotrs
 from scipy.optimize import minimize
 
-from gsense_fusion.identification.likelihood.whitened import Gram
+from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
