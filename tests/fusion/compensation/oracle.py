@@ -43,12 +43,13 @@ class Oracle:
         f = np.array([p[1] for p in self.past])
         return np.array([np.interp(0.0, t, f[:, i]) for i in range(3)])
 
-    def _slope(self, wanted: int) -> np.ndarray | None:
+    def _slope(self, wanted: int, lag: float) -> np.ndarray | None:
         window = [p for p in self.past if wanted - WINDOW_NS < p[0] <= wanted]
         if len(window) < 4:
             return None
         t = np.array([(p[0] - wanted) * 1e-9 for p in window])
-        return np.polyfit(t, np.array([p[1] for p in window]), 2)[1]
+        parabola = np.polyfit(t, np.array([p[1] for p in window]), 2)
+        return parabola[1] - 2 * parabola[0] * lag
 
     def _term(self, i: int, term: Any, rate: np.ndarray, f: np.ndarray, wanted: int, dt: float) -> np.ndarray:  # noqa: C901, PLR0911
         name = term.effect
@@ -67,9 +68,10 @@ class Oracle:
         if name == "g_sensitivity":
             return rate - np.array(term.full_matrix) @ f
         if name == "g_resonance":
-            return rate - np.array(term.c) * self._swing(i, term, np.array(term.direction) @ f, dt)
+            swing, turn = self._swing(i, term, np.array(term.direction) @ f, dt)
+            return rate - np.array(term.c) * swing - np.array(term.rate or (0.0, 0.0, 0.0)) * turn
         if name == "jerk_coupling":
-            slope = self._slope(wanted)
+            slope = self._slope(wanted, term.lag_s)
             if slope is None:
                 return rate
             return rate - (
@@ -82,11 +84,11 @@ class Oracle:
             return rate - np.array(term.matrix) @ f**power
         return rate - np.array(term.c) * (np.array(term.direction) @ f) ** power
 
-    def _swing(self, i: int, term: Any, u: float, dt: float) -> float:
+    def _swing(self, i: int, term: Any, u: float, dt: float) -> np.ndarray:
         """The exact solution for a ramp of input, by the exponential of the system with the ramp as states."""
         if i not in self.memory or dt > STALE_S:
             self.memory[i] = (np.array([u, 0.0]), u)
-            return u
+            return self.memory[i][0]
         state, before = self.memory[i]
         if dt > 0:
             w = 2 * np.pi * term.f0
@@ -95,7 +97,7 @@ class Oracle:
             system[1] = [-w * w, -2 * term.damping * w, w * w, 0.0]
             state = (expm(system * dt) @ np.array([*state, before, (u - before) / dt]))[:2]
         self.memory[i] = (state, u)
-        return float(state[0])
+        return state
 
     def _warm(self, i: int, lag: float, dt: float) -> float | None:
         """A Kalman filter in matrices; the element behind the lag is a third state."""

@@ -51,7 +51,9 @@ EVERY_TERM = CompensationFile(
         GCubed(matrix=G),
         GCubed(c=(1e-6, 0.0, 2e-5), direction=(1.0, 0.0, 0.0)),
         GResonance((1e-4, 0.0, 0.0), (1.0, 0.0, 0.0), 12.0, 0.1),
+        GResonance((1e-4, 0.0, 0.0), (1.0, 0.0, 0.0), 12.0, 0.1, rate=(0.0, 1e-6, 0.0)),
         JerkCoupling(c=(1e-5, 0.0, 0.0), direction=(1.0, 0.0, 0.0)),
+        JerkCoupling(c=(1e-5, 0.0, 0.0), direction=(1.0, 0.0, 0.0), lag_s=0.004),
         TemperatureBias((1e-3, 0.0, 0.0), 25.0),
         SupplyVoltage((0.01, 0.0, 0.0), 3.7),
         FrictionPickup((1e-4, 0.0, 0.0)),
@@ -117,6 +119,7 @@ HEAD = "schema: gsense-compensation/1\nsensor: mpu6050\n"
         (HEAD + "terms: [{effect: g_squared, c: [1, 2, 3]}]", "terms[0].direction: missing"),
         (HEAD + "terms: [{effect: g_cubed, c: [1, 2, 3], direction: [1, 1, 0]}]", "direction: a unit vector"),
         (HEAD + "terms: [{effect: g_resonance, c: [1, 2, 3], direction: [1, 0, 0], f0: 5, damping: 2}]", "damping: 2"),
+        (HEAD + "terms: [{effect: jerk_coupling, c: [1, 2, 3], direction: [1, 0, 0], lag_s: 0.2}]", "lag_s: 0.2"),
         (HEAD + "terms: [{effect: scale_misalignment, matrix: [[2, 0, 0], [0, 0, 0], [0, 0, 0]]}]", "more than 50 %"),
         (
             HEAD + "terms: [{effect: supply_voltage, c: [1, 2, 3], reference: 1, unit: V}]",

@@ -101,3 +101,18 @@ def test_a_true_rotation_that_the_file_knows_belongs_to_the_prediction() -> None
     rate = true_rate([term], drivers, REGRESSED)
     assert rate[:, 1] == pytest.approx(-2e-3 * velocity)  # the board is turned: so is the axis
     assert rate[:, [0, 2]] == pytest.approx(0.0)
+
+
+def test_a_true_rotation_is_as_late_as_the_file_says() -> None:
+    """What shapes the tilt stands in the file beside it: below the bearings' mode the turn is late by the lag."""
+    time = np.arange(0.0, 20.0, 0.005)
+    w, lag = 8.0, 0.01
+    motion = Kinematics(
+        *(w**k * np.sin(w * time + k * np.pi / 2) for k in range(4))  # position, velocity, acceleration, jerk
+    )
+    level = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+    drivers = Drivers(motion, level, None, None, time)
+    term = ReferenceTerm("belt_tilt", {"c": (0.0, 1e-5, 0.0), "mode": 150.0, "lag": lag})
+    middle = slice(1000, 3000)
+    expected = 1e-5 * w**3 * np.sin(w * (time - lag) + 3 * np.pi / 2)
+    assert true_rate([term], drivers, REGRESSED)[middle, 1] == pytest.approx(expected[middle], abs=0.01 * 1e-5 * w**3)

@@ -115,9 +115,12 @@ def _force_at(ring, stamps, forces, wanted, newest, out):  # type: ignore[no-unt
         out[i] = forces[later, i]
 
 
-@kernel("b1(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[:, ::1])")
-def _slope_at(ring, stamps, forces, wanted, newest, scratch):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    """Slope of the force at the end of a least-squares parabola, to scratch[1]; False with fewer than four samples."""
+@kernel("b1(i8[::1], i8[::1], f8[:, ::1], i8, f8, i8, f8[:, ::1])")
+def _slope_at(ring, stamps, forces, wanted, lag, newest, scratch):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Slope of the force, to scratch[1]; False with fewer than four samples.
+
+    Of the least-squares parabola that ends at `wanted`, a lag in s before its end.
+    """
     s1, s2, s3, s4 = 0.0, 0.0, 0.0, 0.0
     out, y0, y1, y2 = scratch[1], scratch[2], scratch[3], scratch[4]
     for i in range(3):
@@ -129,7 +132,7 @@ def _slope_at(ring, stamps, forces, wanted, newest, scratch):  # type: ignore[no
             continue
         if stamps[at] <= wanted - SLOPE_NS:
             break
-        t = (stamps[at] - wanted) * 1e-9
+        t = (stamps[at] - wanted) * 1e-9 + lag
         n += 1
         s1, s2, s3, s4 = s1 + t, s2 + t * t, s3 + t * t * t, s4 + t * t * t * t
         for i in range(3):
@@ -223,10 +226,10 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
         elif kind == 4:
             swing = _resonance(memory[k], row[13], row[14], dt, along)
             for i in range(3):
-                rate[i] -= row[i] * swing
+                rate[i] -= row[i] * swing + row[3 + i] * memory[k, 1]
         else:
             if kind == 3:
-                if not _slope_at(ring, stamps, forces, stamp - max(delay_ns, 0), ring[0], scratch):
+                if not _slope_at(ring, stamps, forces, stamp - max(delay_ns, 0), row[13], ring[0], scratch):
                     continue
                 along = row[9] * g[0] + row[10] * g[1] + row[11] * g[2]
             else:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import yaml
@@ -82,12 +81,8 @@ def compensation(result: LoopResult) -> CompensationFile:
             reference.append(ReferenceTerm(name, _grouped(values)))
         elif name == "time_offset":
             delay = values["tau"].value
-        elif (term := _term(name, values, result)) is not None:
-            terms.append(term)
-            if isinstance(term, GResonance) and "f2" in values:  # the mount's second mode
-                terms.append(
-                    replace(term, c=_vector(values, "c2"), f0=values["f2"].value, damping=values["damping2"].value)
-                )
+        else:
+            terms += _terms(name, values, result)
     return CompensationFile(
         sensor=sensor_name(result.sensor),
         unit_id=result.unit_id,
@@ -98,29 +93,41 @@ def compensation(result: LoopResult) -> CompensationFile:
     )
 
 
-def _term(name: str, values: Mapping[str, Parameter], result: LoopResult) -> Term | None:
-    """What is subtracted for an effect; None where there is nothing to subtract (a jump, a tone, noise)."""
-    found: Term | None = None
+def _terms(name: str, values: Mapping[str, Parameter], result: LoopResult) -> list[Term]:
+    """What is subtracted for an effect: nothing for a jump, a tone, noise; more than one term where it has parts."""
+    found: list[Term] = []
     d = result.direction
     match name:
         case "temperature_bias":
             lag = values["lag_s"].value if "lag_s" in values else 0.0
-            found = TemperatureBias(_vector(values, "c"), result.temperature_reference, lag)
+            found = [TemperatureBias(_vector(values, "c"), result.temperature_reference, lag)]
         case "supply_voltage" if result.supply_reference is not None:
-            found = SupplyVoltage(_vector(values, "c"), result.supply_reference)
+            found = [SupplyVoltage(_vector(values, "c"), result.supply_reference)]
         case "friction_pickup":
-            found = FrictionPickup(_vector(values, "c"))
+            found = [FrictionPickup(_vector(values, "c"))]
+            if "drag" in values:
+                x, y, z = (values["drag"].value * c for c in _vector(values, "c"))
+                found.append(SpeedPickup((x, y, z)))
         case "speed_pickup":
-            found = SpeedPickup(_vector(values, "c"))
+            found = [SpeedPickup(_vector(values, "c"))]
         case "g_squared" if d is not None:
-            found = GSquared(_vector(values, "c"), d)
+            found = [GSquared(_vector(values, "c"), d)]
         case "g_cubed" if d is not None:
-            found = GCubed(_vector(values, "c"), d)
+            found = [GCubed(_vector(values, "c"), d)]
         case "jerk_coupling" if d is not None:
-            found = JerkCoupling(_vector(values, "c"), d)
+            lag = values["lag"].value if "lag" in values else 0.0
+            found = [JerkCoupling(_vector(values, "c"), d, lag_s=lag)]
         case "g_resonance" if d is not None:
-            found = GResonance(_vector(values, "c"), d, values["f0"].value, values["damping"].value)
+            modes = [n for n in ("", "2") if f"c{n}_x" in values]
+            found = [_mode(values, d, number) for number in modes]
     return found
+
+
+def _mode(values: Mapping[str, Parameter], direction: Vector, number: str) -> GResonance:
+    """One mode of the mount; `number` is what its parameters' names end with."""
+    f0, damping = values[f"f{number or 0}"].value, values[f"damping{number}"].value
+    rate = _vector(values, f"rate{number}") if f"rate{number}_x" in values else None
+    return GResonance(_vector(values, f"c{number}"), direction, f0, damping, rate)
 
 
 def _grouped(values: Mapping[str, Parameter]) -> dict[str, Vector | float]:

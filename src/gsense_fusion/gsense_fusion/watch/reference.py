@@ -19,11 +19,12 @@ def true_rate(terms: Sequence[ReferenceTerm], drivers: Drivers, catalogue: Seque
         effect = next((e for e in catalogue if e.name == term.effect), None)
         if effect is None or effect.missing(drivers) is not None:
             continue
+        parts = [e for e in catalogue if term.effect in (e.name, e.part_of)]
         templates = drivers.templates
-        for spec in effect.templates:
+        for spec in (spec for part in parts for spec in part.templates):
             if spec.name in term.parameters:
                 templates = templates.set(spec.field, float(np.asarray(term.parameters[spec.name]).item()))
-        for part in (e for e in catalogue if term.effect in (e.name, e.part_of)):
+        for part in parts:
             beta = np.array([_value(term, spec.name) for spec in part.parameters])
             out += part.design(replace(drivers, templates=templates)) @ beta
     return out

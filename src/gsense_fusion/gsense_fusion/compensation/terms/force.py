@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from gsense_fusion.compensation.document import Matrix, Section, Vector
@@ -18,6 +18,9 @@ from gsense_fusion.compensation.terms.numbers import (
     floats,
     unit_direction,
 )
+
+LONGEST_LAG_S = 0.06
+"""Of a coupling: as far back as the parabola reaches."""
 
 
 @dataclass(frozen=True)
@@ -123,16 +126,38 @@ class GCubed(_ForceEffect):
 
 @dataclass(frozen=True)
 class JerkCoupling(_ForceEffect):
-    """`c d(d.f)/dt`, or matrix @ df/dt; the derivative is the slope at the end of a parabola through the last 60 ms."""
+    """`c d(d.f)/dt`, or matrix @ df/dt, `lag_s` ago; the derivative is of a parabola through the last 60 ms."""
 
     effect: ClassVar[str] = "jerk_coupling"
     unit: ClassVar[str] = "(rad/s)/(m/s^3)"
     kind: ClassVar[int] = KIND_JERK
 
+    lag_s: float = 0.0
+    """How late the coupling is: what the mode behind it makes of a drive far below its frequency."""
+
+    @classmethod
+    def parse(cls, section: Section) -> JerkCoupling:
+        """From its entry."""
+        lag = section.number("lag_s", 0.0)
+        if not 0.0 <= lag <= LONGEST_LAG_S:
+            raise ValueError(f"{section.path}lag_s: {lag:g} s, must be between 0 and {LONGEST_LAG_S:g}")
+        term: JerkCoupling = super().parse(section)
+        return replace(term, lag_s=lag)
+
+    def document(self) -> dict[str, Any]:
+        """Its entry."""
+        return super().document() | ({"lag_s": finite(self.lag_s)} if self.lag_s else {})
+
+    def row(self) -> FloatArray:
+        """Its numbers for the kernel, shape (ROW,)."""
+        row = super().row()
+        row[13] = self.lag_s
+        return row
+
 
 @dataclass(frozen=True)
 class GResonance:
-    """`c y`, y'' + 2 damping w0 y' + w0^2 y = w0^2 (d.f): a mount that swings; static gain 1."""
+    """`c y + rate y'`, y'' + 2 damping w0 y' + w0^2 y = w0^2 (d.f): a mount that swings and turns; static gain 1."""
 
     effect: ClassVar[str] = "g_resonance"
     unit: ClassVar[str] = "(rad/s)/(m/s^2)"
@@ -144,6 +169,8 @@ class GResonance:
     """Hz."""
     damping: float
     """Of the critical, between 0 and 1."""
+    rate: Vector | None = None
+    """Of a mount that truly turns, (rad/s)/(m/s^3); None where it does not."""
 
     @staticmethod
     def parse(section: Section) -> GResonance:
@@ -153,7 +180,8 @@ class GResonance:
             raise ValueError(f"{section.path}f0: {f0:g} Hz, must be between 0 and 1000")
         if not 0.0 < damping < 1.0:
             raise ValueError(f"{section.path}damping: {damping:g}, must be between 0 and 1")
-        return GResonance(section.vector("c"), unit_direction(section), f0, damping)
+        rate = section.vector("rate") if section.has("rate") else None
+        return GResonance(section.vector("c"), unit_direction(section), f0, damping, rate)
 
     def document(self) -> dict[str, Any]:
         """Its entry."""
@@ -162,8 +190,9 @@ class GResonance:
             "direction": floats(self.direction),
             "f0": finite(self.f0),
             "damping": finite(self.damping),
+            **({"rate": floats(self.rate)} if self.rate is not None else {}),
         }
 
     def row(self) -> FloatArray:
         """Its numbers for the kernel, shape (ROW,)."""
-        return as_row(c=self.c, direction=self.direction, lag=self.f0, damping=self.damping)
+        return as_row(c=self.c, rate=self.rate, direction=self.direction, lag=self.f0, damping=self.damping)

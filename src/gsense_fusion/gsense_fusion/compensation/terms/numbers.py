@@ -12,7 +12,7 @@ from gsense_fusion.compensation.document import Matrix, Section, Vector
 
 FloatArray = NDArray[np.float64]
 ROW = 16
-"""Numbers of one term in the kernel: 9 matrix, 3 direction, reference, lag or f0, damping, spare."""
+"""Numbers of one term: 9 matrix (or c and its rate), 3 direction, reference, lag or f0, damping, spare."""
 KIND_FORCE, KIND_SQUARE, KIND_CUBE, KIND_JERK, KIND_RESONANCE = 0, 1, 2, 3, 4
 KIND_TEMPERATURE, KIND_SUPPLY, KIND_FRICTION, KIND_SPEED, KIND_SCALE = 5, 6, 7, 8, 9
 
@@ -54,6 +54,7 @@ def unit_direction(section: Section) -> Vector:
 def as_row(
     matrix: Matrix | FloatArray | None = None,
     c: Vector | None = None,
+    rate: Vector | None = None,
     direction: Vector | None = None,
     reference: float = 0.0,
     lag: float = 0.0,
@@ -65,6 +66,7 @@ def as_row(
         row[:9] = np.array(matrix, dtype=np.float64).ravel()
     elif c is not None:
         row[:3] = c
+        row[3:6] = rate or 0.0
     if direction is not None:
         row[9:12] = direction
     row[12:15] = reference, lag, damping
