@@ -23,7 +23,6 @@ _BNO_GYRO_BANDWIDTH_HZ = (523.0, 230.0, 116.0, 47.0, 23.0, 12.0, 64.0, 32.0)  # 
 
 MPU_GYRO_RANGES_DPS = (250, 500, 1000, 2000)
 MPU_ACCEL_RANGES_G = (2, 4, 8, 16)
-BNO_FUSION_MODES = frozenset(range(0x08, 0x0D))  # IMU, COMPASS, M4G, NDOF_FMC_OFF, NDOF
 
 
 @dataclass(frozen=True)

@@ -36,11 +36,10 @@ class TiltDriver(IntEnum):
     """Columns of `SignalModel.tilt`."""
 
     POSITION = 0  # m
-    POSITION_SQUARED = 1  # s^2 / 2, m^2
-    SPEED = 2  # m/s
-    ACCELERATION = 3  # m/s^2
-    PLAY = 4  # -1 to 1: where the carriage leans in its bearings' play
-    TOOTH = 5  # sine of the position over the belt's pitch: rad/s of the rate, its angle is too small to be felt
+    SPEED = 1  # m/s
+    ACCELERATION = 2  # m/s^2
+    PLAY = 3  # -1 to 1: where the carriage leans in its bearings' play
+    TOOTH = 4  # sine of the position over the belt's pitch: rad/s of the rate, its angle is too small to be felt
 
 
 class FieldDriver(IntEnum):

@@ -37,7 +37,7 @@ from gsense_rig.sensors.layout import (
     State,
 )
 
-INT16_MIN, INT16_MAX = -32768, 32767
+INT16_MAX = 32767
 
 
 @inner

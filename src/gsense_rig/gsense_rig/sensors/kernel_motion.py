@@ -55,17 +55,15 @@ def true_motion(sample: Array, cfg: Settings, state: State, B: Array) -> None:
     leaning = (lean - before) / STEP
     tooth = math.sin(cfg.tooth[0] * s + cfg.tooth[1]) * abs(math.tanh(v / STILL))  # at rest nothing turns
     truth = state.truth
-    curve = np.empty(3)  # d(attitude)/ds
     spin = np.empty(3)
     for i in range(3):
         t = cfg.tilt[i]
-        curve[i] = t[0] + t[1] * s
-        truth[TILT, i] = t[0] * s + t[1] * s * s / 2.0 + t[2] * v + t[3] * a + t[4] * lean
-        spin[i] = curve[i] * v + t[2] * a + t[3] * jerk + t[4] * leaning + t[5] * tooth
+        truth[TILT, i] = t[0] * s + t[1] * v + t[2] * a + t[3] * lean
+        spin[i] = t[0] * v + t[1] * a + t[2] * jerk + t[3] * leaning + t[4] * tooth
     C = np.empty((3, 3))
     _rotation_transposed(truth[TILT], C)
     # A carriage that follows a bow is also accelerated towards its centre: v^2 d(tangent)/ds.
-    push = (a, v * v * curve[2], -v * v * curve[1])
+    push = (a, v * v * cfg.tilt[2, 0], -v * v * cfg.tilt[1, 0])
     for i in range(3):
         for j in range(3):
             B[i, j] = 0.0

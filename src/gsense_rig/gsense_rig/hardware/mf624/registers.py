@@ -32,9 +32,8 @@ CTR_COUNT = 5
 CTRXCTRL = 0x60  # 6 command bits per counter, shifted by 6 n
 IRCCTRL = 0x6C  # one byte per encoder
 IRC0 = 0x70  # encoder k at IRC0 + 4 k, signed
-IRC_COUNT = 4
 
-CTR_START, CTR_STOP, CTR_LOAD, CTR_RESET, CTR_OUT_SET, CTR_OUT_RESET = 1, 2, 4, 8, 0x10, 0x20  # HUD
+CTR_START, CTR_STOP, CTR_LOAD, CTR_RESET, CTR_OUT_RESET = 1, 2, 4, 8, 0x20  # HUD
 CTR_RESTART = CTR_STOP | CTR_LOAD | CTR_RESET | CTR_OUT_RESET
 MODE_PWM = 0x0E  # repeat, A and B in turn, output toggles; down from 50 MHz (HUD)
 MODE_FORCED_LOW = 0x20  # HUD
