@@ -128,9 +128,12 @@ def test_bias_jump_and_line_tone_in_time() -> None:
     x = rate(ideal("bias_jump=0.02"), rest(61.0))[:, 1]
     assert x[59_000] == 0
     assert x[60_900] == pytest.approx(0.02, abs=1 / LSB)
-    tone = rate(ideal("line_tone=0.02"), rest(5.0))[:, 0]
+    driven = rest(5.0)
+    driven[:, 4] = 0.1
+    tone = rate(ideal("line_tone=0.02"), driven)[:, 0]
     f, power = signal.periodogram(tone[1000:], 1000.0)
     assert f[np.argmax(power)] == pytest.approx(31.3, abs=0.3)
+    assert not rate(ideal("line_tone=0.02"), rest(1.0)).any()  # the motor is off
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ class GyroDriver(IntEnum):
     JERK_X = 8  # rate of change of specific force, m/s^3
     JERK_Y = 9
     JERK_Z = 10
-    TONE = 11  # sine of fixed frequency
+    TONE = 11  # sine of fixed frequency while the motor has current
     JUMP = 12  # 0 before, 1 after an instant of the session
     ACCELERATION_CUBED = 13  # along the sensor's own axes, (m/s^2)^3
     SWAY = 14  # acceleration along the sensor's axes through the mount's resonance, m/s^2

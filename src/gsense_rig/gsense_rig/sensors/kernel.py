@@ -79,7 +79,7 @@ def _drivers(sample: Array, cfg: Settings, state: State, noise: Array) -> None:
     d[5] = a * a
     d[6] = v
     d[7] = math.tanh(v / STILL)
-    d[11] = math.sin(cfg.tone[0] * elapsed + cfg.tone[1])
+    d[11] = math.sin(cfg.tone[0] * elapsed + cfg.tone[1]) if sample[4] != 0.0 else 0.0
     d[12] = 1.0 if elapsed >= cfg.jump_time else 0.0
     d[13] = 0.0
     pushed = 0.0

@@ -44,7 +44,10 @@ class FrictionPickup(GyroTerm):
 
 @dataclass(frozen=True)
 class LineTone:
-    """A tone at a fixed frequency; amplitude in rad/s. It sounds at 31.3 Hz: mains seen through a slow sampler."""
+    """A tone at 31.3 Hz while the motor has current, of its power stage seen through a slow sampler; rad/s.
+
+    One that sounds at rest too would be noise of the session.
+    """
 
     value: float
     name: ClassVar[str] = "line_tone"
