@@ -127,7 +127,8 @@ class Story:
                 tracking_rms_m=error,
             )
             step.done(
-                f"{found.samples} samples in {found.seconds:.1f} s, {found.missing} missing, {lost} frames lost; "
+                f"{found.samples} samples in {found.seconds:.1f} s, "
+                f"{found.missing} missing{_why(found.missing, lost)}, {lost} frames lost; "
                 f"tracking {error * 1e3:.2f} mm rms; bag closed with {found.messages} messages"
             )
 
@@ -280,3 +281,8 @@ class Story:
 def _sentence(log: str) -> str:
     """The verdict: close_loop's first line with a colon; its own progress is not in it."""
     return next((line.strip() for line in log.split("\n") if line.startswith(start.SENSOR)), "")
+
+
+def _why(missing: int, lost: int) -> str:
+    """What is said of samples for which no frame was lost."""
+    return " (this machine is too busy for real time)" if missing > lost else ""
