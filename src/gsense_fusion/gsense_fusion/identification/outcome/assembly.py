@@ -30,8 +30,10 @@ from gsense_fusion.identification.outcome.precision import covariances, encoder_
 from gsense_fusion.identification.result import LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import AXES
+from gsense_fusion.identification.verdict.motion_drift import too_little_rest
 from gsense_fusion.identification.verdict.sufficiency import Symptom
 
+DRIFT = "bias_drift"
 MAINS_HZ = (50.0, 60.0)
 DRIFT_LIKE_HZ = 0.1
 """A tone that the sampling folds below this is no line."""
@@ -135,9 +137,19 @@ def _undecided(a: Analysis) -> tuple[str, ...]:
             "no accelerometer: the rail is taken to lie along the sensor's x axis, z up and unturned, and how late the "
             "gyro is against the encoder is unknown; record an IMU of the same board beside it"
         )
+    out += _undecided_drift(a)
     out += [_folded_mains(mains, a.campaign.rate_hz) for mains in MAINS_HZ if _near_zero(mains, a.campaign.rate_hz)]
     out.append("gyro scale, misalignment and lever arms cannot be seen while the true rate is zero")
     return tuple(out)
+
+
+def _undecided_drift(a: Analysis) -> list[str]:
+    """A bias that wanders in motion, where rest is too short to tell whether it is the sensor's drift at all times."""
+    settled = DRIFT in a.claims.noise or any(s.kind == "drift" for s in a.claims.symptoms)
+    if settled or all(e.name != DRIFT for e in a.settings.catalogue):
+        return []
+    reason = too_little_rest(a.likelihood, a.claims.full)
+    return [] if reason is None else [f"{DRIFT} {UNDECIDED}: {reason}; record a long rest"]
 
 
 def _near_zero(frequency_hz: float, rate_hz: float) -> bool:

@@ -18,12 +18,15 @@ from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.slow import WALK_SCALE, Blocks, Drift, GridPoint
 from gsense_fusion.identification.search.alternatives import known_columns, slow_residual
 from gsense_fusion.identification.search.chance import Chance, profiled, sessions_of_drift
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK
 from gsense_fusion.identification.types import FloatArray
 
 MIN_BLOCKS = 6
 """At rest and in motion each."""
 FINE = 31
 """Strengths that are tried around the best one."""
+WANDERS_SIGMA = 3.0
+"""Standard errors from which on the strength of the walk is no accident of the flicker."""
 OFFSET_SCALE = 0.3
 """Variances of a bias set anew are tried at this times the flicker strengths."""
 
@@ -58,6 +61,23 @@ def motion_drift(likelihood: Likelihood, fit: Fit) -> MotionDrift | None:
     own = gains({axis: residual[:, axis, None] for axis in likelihood.slow})
     q, stderr = _strength(likelihood, kinds.motion, residual, known)
     return MotionDrift(Chance(own, lambda: gains(sessions_of_drift(likelihood.slow, residual, known))), q, stderr)
+
+
+def too_little_rest(likelihood: Likelihood, fit: Fit) -> str | None:
+    """Why rest does not tell whether the bias wanders in motion alone; None where it does or nothing wanders."""
+    moving = np.array([w.moving for _, w in likelihood.cuts], dtype=bool)
+    if int(moving.sum()) < MIN_BLOCKS:
+        return None
+    rest = float(np.sum(likelihood.blocks.duration[~moving]))
+    found = motion_drift(likelihood, fit)
+    if found is None:
+        return f"{rest:.0f} s of rest say too little of the sensor's own drift"
+    if found.q < WANDERS_SIGMA * found.q_stderr or found.gain < -RIVAL_LOGLIK:
+        return None
+    return (
+        f"the bias wanders by {np.degrees(found.q):.2g} deg/s/sqrt(s) in motion, and {rest:.0f} s of rest do not tell "
+        "whether it does so at rest too"
+    )
 
 
 @dataclass(frozen=True, eq=False)
