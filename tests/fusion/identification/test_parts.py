@@ -114,7 +114,7 @@ def test_noise_spectrum_of_known_processes() -> None:
     true = white**2 + 4 * sigma**2 * tau / (1 + (2 * np.pi * f * tau) ** 2)
     assert model.psd(f) == pytest.approx(true, rel=0.3)
     assert model.psd(f[3:]) == pytest.approx(true[3:], rel=0.1)
-    assert model.tones_hz == ()
+    assert model.tones == ()
 
 
 def test_a_tone_at_rest_is_noise() -> None:
@@ -122,7 +122,7 @@ def test_a_tone_at_rest_is_noise() -> None:
     t = np.arange(0, 60, 0.01)
     windows = [1e-4 * rng.standard_normal(len(t)) + 1e-4 * np.sin(2 * np.pi * 12.5 * t) for _ in range(2)]
     model = fit_noise(windows, 100.0)
-    assert any(abs(x - 12.5) < 0.05 for x in model.tones_hz)
+    assert any(abs(x.frequency_hz - 12.5) < 0.05 for x in model.tones)
     assert not model.usable(np.array([12.5]), 1 / 60)[0]
     assert model.usable(np.array([11.0]), 1 / 60)[0]
 

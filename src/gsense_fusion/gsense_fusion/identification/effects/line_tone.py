@@ -34,7 +34,7 @@ class LineTone(StatisticalEffect):
         """One frequency that all runs share, with the phase of each its own."""
         likelihood, windows = seen.likelihood, seen.windows
         moving = [w for w in windows if w.window.moving and w.data in likelihood.campaign.fit]
-        found = strongest_line(moving)
+        found = strongest_line(moving, [w for w in windows if not w.window.moving])
         if found is None:
             return None
         frequency = _refined(moving, found.frequency_hz)

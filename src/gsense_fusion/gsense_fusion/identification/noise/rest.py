@@ -34,7 +34,7 @@ def noise_at_rest(campaign: Campaign) -> tuple[dict[int, NoiseModel], tuple[str,
             windows.append(series)
             masks.append(mask)
         models[axis] = _whole(fit_noise(windows, campaign.rate_hz, masks), axis, campaign)
-    tones = sorted({round(t, 2) for m in models.values() for t in m.tones_hz})
+    tones = sorted({round(t.frequency_hz, 2) for m in models.values() for t in m.tones})
     if tones:
         notes += ("tones at rest, notched: " + ", ".join(f"{t:g} Hz" for t in tones[:8]),)
     return models, notes

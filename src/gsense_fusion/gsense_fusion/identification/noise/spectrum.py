@@ -14,11 +14,11 @@ from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize
 from scipy.special import digamma, polygamma
 
+from gsense_fusion.identification.noise.tones import Tone, tones_of
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
 PARAMETRIC_BELOW_HZ = 4.0
 ORDINATES_PER_BAND = 40
-TONE_FALSE_ALARM = 1e-4
 TRIM = 5.0
 """A tone counts for no more than this many times the level of its band."""
 ROUGHNESS = tuple(10.0**x for x in np.arange(-6.0, 2.01, 0.5))
@@ -39,7 +39,7 @@ class NoiseModel:
     shape_hz: FloatArray
     shape: FloatArray
     """Ratio of the smoothed spectrum to the parametric one at `shape_hz` (the sensor's filter)."""
-    tones_hz: tuple[float, ...] = ()
+    tones: tuple[Tone, ...] = ()
     covariance: FloatArray | None = None
     """Of ln(shape) at `shape_hz`, shape (k, k); None where it is exact."""
 
@@ -80,8 +80,8 @@ class NoiseModel:
     def usable(self, frequency: FloatArray, resolution_hz: float) -> BoolArray:
         """False around the tones that are there at rest too."""
         keep = np.ones(len(frequency), dtype=bool)
-        for tone in self.tones_hz:
-            keep &= np.abs(frequency - tone) > 1.5 * resolution_hz + 0.01
+        for tone in self.tones:
+            keep &= np.abs(frequency - tone.frequency_hz) > tone.reach_hz(resolution_hz)
         return keep
 
 
@@ -125,7 +125,7 @@ def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[Boo
     white, flicker, walk = _whittle(frequency[low], power[low])
     shape_hz, shape, covariance = _shape(frequency, power, (white, flicker, walk))
     model = NoiseModel(white, flicker, walk, shape_hz, shape, (), covariance)
-    return _with_tones(model, grams)
+    return replace(model, tones=tones_of([(g.frequency, g.power / model.psd(g.frequency)) for g in grams]))
 
 
 def _whittle(frequency: FloatArray, power: FloatArray) -> tuple[float, float, float]:
@@ -208,20 +208,6 @@ def _smooth(octave: FloatArray, level: FloatArray, count: FloatArray, joint: flo
     whole[0, 0] = joint
     whole[1:, 1:] = covariance
     return value, whole
-
-
-def _with_tones(model: NoiseModel, grams: Sequence[Periodogram]) -> NoiseModel:
-    tones: list[float] = []
-    for gram in grams:
-        excess = gram.power / model.psd(gram.frequency)
-        threshold = np.log(len(excess) / TONE_FALSE_ALARM)
-        strong = np.flatnonzero((excess > threshold) & (gram.frequency > 1.0))
-        tones.extend(float(gram.frequency[i]) for i in strong)
-    unique: list[float] = []
-    for tone in sorted(tones):
-        if not unique or tone - unique[-1] > 0.05:
-            unique.append(tone)
-    return replace(model, tones_hz=tuple(unique))
 
 
 def at_least(model: NoiseModel, white: float) -> NoiseModel:

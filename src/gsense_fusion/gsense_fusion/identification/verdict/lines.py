@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2, ncx2
 from scipy.stats import f as fisher
 
 from gsense_fusion.identification.types import FloatArray, IntArray
@@ -14,6 +15,9 @@ from gsense_fusion.identification.verdict.residual import WindowResidual
 LINE_REACH = 3
 """Bins to either side that a line may reach; the level of the noise comes from those up to `LEVEL_REACH`."""
 LEVEL_REACH = 25
+REST_ALPHA = 0.01
+REACHED = 0.8
+"""Part of a line's power that the bins around it hold."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +80,41 @@ def pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
         amplitude = _amplitude(w, int(at[i]), int(axis), max(excess, 0.0))
         out.append(Line(float(min(1.0, looks * p[i, axis])), float(coarse.frequency[i]), int(axis), amplitude))
     return out
+
+
+def equal_at_rest(line: Line, moving: Sequence[WindowResidual], still: Sequence[WindowResidual]) -> bool:
+    """Whether rest shows the line too, and no weaker than motion: too weak there for a notch, seen by many windows."""
+    reach = min(w.resolution_hz for w in moving)
+    motion, rest = (_pooled(line, windows, reach) for windows in (moving, still))
+    if not rest.count or not motion.count:
+        return False
+    expected = max(motion.power - motion.count, 0.0) / motion.per_square * rest.per_square
+    there = chi2.sf(2 * rest.power, 2 * rest.count) < REST_ALPHA
+    return bool(there and ncx2.cdf(2 * rest.power, 2 * rest.count, 2 * REACHED * expected) > REST_ALPHA)
+
+
+@dataclass(frozen=True)
+class _Pooled:
+    """The bins around a line in several windows."""
+
+    power: float
+    """Sum over their expectation from noise."""
+    count: int
+    per_square: float
+    """What a squared amplitude in (rad/s)^2 adds to the power."""
+
+
+def _pooled(line: Line, windows: Sequence[WindowResidual], reach_hz: float) -> _Pooled:
+    power, count, per_square = 0.0, 0, 0.0
+    for w in windows:
+        weight = w.bins.weight[:, line.axis]
+        distance = np.abs(w.frequency - line.frequency_hz)
+        near = (distance < max(reach_hz, w.resolution_hz)) & (weight > 0) & w.away_from_orders()
+        if near.any():
+            power += float(w.power[near, line.axis].sum())
+            count += int(near.sum())
+            per_square += float(np.mean((weight[near] * len(w.window) / 2) ** 2)) / 2
+    return _Pooled(power, count, per_square)
 
 
 def _beside(total: FloatArray, count: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -19,7 +19,7 @@ from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
 from gsense_fusion.identification.verdict.exertion import exertion
 from gsense_fusion.identification.verdict.high_orders import locked_band
-from gsense_fusion.identification.verdict.lines import Line, pooled_lines, single_lines
+from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energy
 
@@ -99,7 +99,7 @@ def find_symptoms(
     found: list[Symptom] = []
     if moving:
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
-        found += _lines(moving, alpha)
+        found += _lines(moving, still, alpha)
         found += _bands(moving, still, alpha)
     found += _intensity(likelihood, fit, alpha, level)
     found += _steps(likelihood, fit, alpha)
@@ -140,9 +140,9 @@ def _high_orders(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom
     return [Symptom("kicks", (AXES[found.axis],), found.p_value, found.rate_rms, (), text)]
 
 
-def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
-    """Lines at a fixed frequency: strong ones in single windows, weak ones pooled over all; half of alpha each."""
-    hits = single_lines(moving, alpha / 2) + pooled_lines(moving, alpha / 2)
+def _lines(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Lines at a fixed frequency that rest does not show equally."""
+    hits = _foreign_lines(moving, still, alpha)
     if not hits:
         return []
     hits.sort(key=lambda h: h.p_value)
@@ -158,10 +158,15 @@ def _lines(moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     return [Symptom("lines", axes, hits[0].p_value, rms, tuple(2 * np.pi * f for f in tones[:5]), description)]
 
 
-def strongest_line(moving: Sequence[WindowResidual]) -> Line | None:
-    """The most significant line in motion away from the drive's orders, at the level of its family."""
-    alpha = FAMILY_ALPHA / FAMILIES / 2
-    return min(single_lines(moving, alpha) + pooled_lines(moving, alpha), key=lambda h: h.p_value, default=None)
+def _foreign_lines(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Line]:
+    """Strong ones in single windows, weak ones pooled over all; half of alpha each."""
+    hits = single_lines(moving, alpha / 2) + pooled_lines(moving, alpha / 2)
+    return [h for h in hits if not equal_at_rest(h, moving, still)]
+
+
+def strongest_line(moving: Sequence[WindowResidual], still: Sequence[WindowResidual]) -> Line | None:
+    """The most significant line of motion away from the drive's orders, at the level of its family."""
+    return min(_foreign_lines(moving, still, FAMILY_ALPHA / FAMILIES), key=lambda h: h.p_value, default=None)
 
 
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
