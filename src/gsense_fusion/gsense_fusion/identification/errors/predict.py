@@ -12,7 +12,7 @@ from gsense_fusion.identification.effects.base import Effect, Templates, Templat
 from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.likelihood.store import predicted
-from gsense_fusion.identification.types import FloatArray, Owner
+from gsense_fusion.identification.types import BoolArray, FloatArray, Owner
 
 
 @dataclass(frozen=True)
@@ -86,8 +86,16 @@ class Predictor:
         return np.asarray(self.rate(data, model) - self.rate(data, without))
 
     def without(self, data: RunData, model: Prediction) -> FloatArray:
-        """Measured minus predicted rate, bias still in it, shape (n, 3)."""
-        return np.asarray(data.run.angular_rate - self.rate(data, model))
+        """Measured minus predicted rate, bias still in it, straight across what was not measured, shape (n, 3)."""
+        return _bridged(data.run.angular_rate - self.rate(data, model), data.run.valid)
+
+
+def _bridged(series: FloatArray, known: BoolArray) -> FloatArray:
+    """The series (n, 3) with straight lines where it is not known: an interpolated rate is no error of the model."""
+    places = np.arange(len(series))
+    if known.all():
+        return series
+    return np.stack([np.interp(places, places[known], axis[known]) for axis in series.T], axis=1)
 
 
 def session_biases(runs: Sequence[RunData], remains: Mapping[RunData, FloatArray]) -> dict[int, FloatArray]:
