@@ -8,12 +8,15 @@ from functools import cached_property
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from scipy.optimize import least_squares
 
 from gsense_fusion.identification.noise.spectrum import PARAMETRIC_BELOW_HZ, NoiseModel
 from gsense_fusion.identification.types import ComplexArray, FloatArray
 
 RESPONSE_POINTS = 120
 NOT_FILTERED = 0.93
+SECOND_ORDER_RMS = 0.15
+"""Of the logarithm of the power: by how much a spectrum at rest may miss a filter of second order."""
 PHASE_POINTS = 1 << 13
 PHASE_TO_HZ = 4096.0
 """Up to where the amplitude counts for the phase: its logarithm falls slowly, what is beyond adds a delay alone."""
@@ -28,11 +31,14 @@ class Response:
     frequency: FloatArray
     """Hz, shape (k,), increasing."""
     gain: FloatArray
-    """Shape (k,), at most one."""
+    """Shape (k,); above one where a filter peaks before it falls."""
 
     @staticmethod
     def of(noise: Mapping[int, NoiseModel], rate_hz: float | None = None) -> Response:
         """Ratio of the smoothed spectrum to its level between 4 and 10 Hz; one where the noise is not filtered.
+
+        A filter of second order is known better by its two parameters: one of a short delay is damped less than a
+        Butterworth and peaks by a tenth before it falls, which turns its phase by as much as its delay does.
 
         Args:
             noise: Models by axis.
@@ -43,6 +49,8 @@ class Response:
         frequency = np.linspace(PARAMETRIC_BELOW_HZ, max(highest, 2 * PARAMETRIC_BELOW_HZ), RESPONSE_POINTS)
         flat = frequency <= max(10.0, frequency[3])
         ratio = np.mean([m.psd(frequency) / np.mean(m.psd(frequency)[flat]) for m in noise.values()], axis=0)
+        if ratio[-1] <= NOT_FILTERED**2 and (plain := _second_order(frequency, ratio, rate_hz)) is not None:
+            return Response(frequency, plain)
         if rate_hz is not None:
             ratio = _unfolded(frequency, ratio, rate_hz)
         gain = np.sqrt(np.clip(ratio, 0.0, 1.0))
@@ -83,6 +91,31 @@ class Response:
         n = next_fast_len(len(series), real=True)
         padded = np.concatenate([series, np.full(n - len(series), series[-1])])
         return np.asarray(irfft(rfft(padded) * self.transfer(rfftfreq(n, 1 / rate_hz)), n)[: len(series)])
+
+
+def _second_order(frequency: FloatArray, ratio: FloatArray, rate_hz: float | None) -> FloatArray | None:
+    """Amplitude of the low-pass of second order that a spectrum's ratio shows, shape (k,); None where it shows another.
+
+    What sampling folds down is in the ratio, and in what is fitted to it.
+    """
+
+    def power(at: FloatArray, corner: float, damping: float) -> FloatArray:
+        x = (at / corner) ** 2
+        return np.asarray(1.0 / ((1.0 - x) ** 2 + 4.0 * damping**2 * x))
+
+    def missed(logs: FloatArray) -> FloatArray:
+        level, corner, damping = np.exp(logs)
+        seen = power(frequency, corner, damping)
+        if rate_hz is not None:
+            seen = seen + power(rate_hz - frequency, corner, damping)
+        return np.asarray(np.log(level * seen) - measured)
+
+    measured = np.log(np.maximum(ratio, 1e-6))
+    half = float(frequency[int(np.argmin(np.abs(ratio - 0.5)))])
+    found = least_squares(missed, np.log([1.0, half, np.sqrt(0.5)]))
+    if not found.success or np.sqrt(np.mean(found.fun**2)) > SECOND_ORDER_RMS:
+        return None
+    return np.asarray(np.sqrt(power(frequency, *np.exp(found.x[1:]))))
 
 
 def _unfolded(frequency: FloatArray, ratio: FloatArray, rate_hz: float) -> FloatArray:
