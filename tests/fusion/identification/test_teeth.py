@@ -12,9 +12,11 @@ from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.base import Drivers
+from gsense_fusion.identification.effects.belt_tooth import BeltTooth
 from gsense_fusion.identification.effects.fine import fine_motion
 from gsense_fusion.identification.engine import Settings
 from gsense_fusion.identification.motion.carriage import Kinematics
+from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import Owner
@@ -112,3 +114,18 @@ def test_without_teeth_in_the_catalogue_it_is_unexplained() -> None:
 def test_no_ripple_at_200_hz() -> None:
     result = analyse(made(base=AT_200_HZ), SETTINGS)
     assert result.verdict == "nothing_missing", (names(result), result.unexplained)
+
+
+def test_nothing_ripples_while_the_carriage_stands() -> None:
+    """A rest before the motion, in which the encoder's spline still moves by some micrometres."""
+    time = np.arange(0.0, 12.0, 0.005)
+    w, begin = 4.0, 4.0
+    driven = np.maximum(time - begin, 0.0)
+    uneasy = 1e-6 * np.sin(30.0 * time)
+    position = 0.075 * (1.0 - np.cos(w * driven)) + uneasy
+    velocity, acceleration, jerk = (np.gradient(position, 0.005), *(np.zeros(len(time)) for _ in range(2)))
+    level = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+    drivers = Drivers(Kinematics(position, velocity, acceleration, jerk), level, None, None, time)
+    columns = np.abs(np.asarray(BeltTooth().design(drivers))).max(axis=(1, 2))
+    assert columns[time < begin - 0.1].max() == 0.0
+    assert columns[time > begin + 0.1].max() > 0.9

@@ -14,6 +14,7 @@ from gsense_fusion.identification.effects.base import (
 )
 from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.effects.fine import fine_motion
+from gsense_fusion.identification.effects.reversals import under_way
 from gsense_fusion.identification.types import Owner, Parameter
 
 LEAST_FINE_HZ = 400.0
@@ -117,7 +118,8 @@ def _ripple(drivers: Drivers, harmonic: int, *, as_angle: bool) -> Mixed:
     highest = float(np.max(np.abs(drivers.kinematics.velocity), initial=0.0)) / pitch
     fine = fine_motion(drivers, max(LEAST_FINE_HZ, POINTS_A_WAVE * highest))
     phase = 2 * np.pi * fine.position / pitch
-    size = fine.velocity if as_angle else (np.abs(fine.velocity) > 0).astype(float)
+    # what the encoder leaves of a speed at rest is no motion
+    size = fine.velocity if as_angle else under_way(fine.time, fine.velocity)
     return Mixed.beside(
         [about_rail_axes(drivers, fine.sampled(f(phase) * size, drivers.response)) for f in (np.cos, np.sin)]
     )

@@ -31,7 +31,7 @@ def mean_direction(time: FloatArray, velocity: FloatArray) -> FloatArray:
         if 0 < k < n - 1:
             after = 1.0 if velocity[k + 1] > 0 else -1.0
             step[k] = after * (1.0 - 2.0 * (x - (k - 0.5)))
-    return np.asarray(step * _moving(time, velocity))
+    return np.asarray(step * under_way(time, velocity))
 
 
 def rock_rate(
@@ -42,7 +42,9 @@ def rock_rate(
     Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
     """
     step = step_of(time)
-    return np.asarray(np.diff(rock_angle(time, position, velocity, width, ductility)) / step * _moving(time, velocity))
+    return np.asarray(
+        np.diff(rock_angle(time, position, velocity, width, ductility)) / step * under_way(time, velocity)
+    )
 
 
 def rock_angle(
@@ -102,7 +104,7 @@ def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatA
     return np.asarray(position[k] + velocity[k] * part / 2)
 
 
-def _moving(time: FloatArray, velocity: FloatArray) -> FloatArray:
+def under_way(time: FloatArray, velocity: FloatArray) -> FloatArray:
     """One while the carriage is under way (a reversal included), else zero, shape (n,)."""
     rate = 1.0 / step_of(time)
     fast = np.flatnonzero(np.abs(velocity) > SLOWEST)
