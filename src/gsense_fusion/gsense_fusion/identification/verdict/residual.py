@@ -22,6 +22,10 @@ MIN_COHERENT_BINS = 40
 MODEL_ABOVE_HZ = 20.0
 ORDER_BINS = 2.5
 """Bins to either side that an order may reach."""
+WIDEST_FOLDED = 0.125
+"""Of an order: what folded orders may reach, so that half of the bins are left; the kicks of a slow drive are weak."""
+FOLDED_FROM = 0.25
+"""Of the sample rate: images of what is higher than three quarters of it, the sensor's filter has taken."""
 LEVEL_BINS = 60
 """Bins that say how high the noise is beside a line."""
 
@@ -59,7 +63,7 @@ class WindowResidual:
         return self.data.motion.angular_frequency
 
     def away_from_orders(self) -> BoolArray:
-        """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond), shape (m,)."""
+        """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond, folded ones), shape (m,)."""
         return self._away
 
     @cached_property
@@ -73,6 +77,10 @@ class WindowResidual:
         keep = (from_half > width) | (order > HALF_ORDERS[-1] + width)
         if width < 0.25:  # a slow drive's orders lie so close that leaving them out would leave nothing
             keep &= np.abs(order - np.maximum(np.rint(order), 1.0)) > width
+        if width < WIDEST_FOLDED:  # the kicks of reversals reach beyond half the sample rate and fold down
+            image = (self.data.run.rate_hz - self.frequency) * 2 * np.pi / w
+            low = self.frequency < FOLDED_FROM * self.data.run.rate_hz
+            keep &= low | (np.abs(image - np.rint(image)) > width)
         return np.asarray(keep)
 
 
