@@ -193,6 +193,13 @@ def test_a_coarse_step_is_named_and_explains_what_it_makes() -> None:
 
 
 @pytest.mark.slow
+def test_an_axis_that_rests_on_one_value_shows_no_noise() -> None:
+    result = analyse(changed(made(), coarse(2.0)), SETTINGS)
+    assert len(result.rest_noise) < 3
+    assert all(p.value > 0 for p in result.rest_noise.values())
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.35, 0.5])
 def test_what_a_step_of_many_times_the_noise_makes_of_g_is_no_curve_of_the_sensor(step: float) -> None:
     result, truth = analyse(changed(made(), coarse(step)), SETTINGS), np.array(G)

@@ -96,12 +96,16 @@ def encoder_delay(a: Analysis) -> Parameter | None:
 
 
 def rest_noise(a: Analysis) -> dict[str, Parameter]:
-    """Amplitude density of each axis at rest over `NOISE_BAND_HZ` (to 0.4 of the sample rate), rad/s/sqrt(Hz)."""
+    """Amplitude density of each axis at rest over `NOISE_BAND_HZ` (to 0.4 of the sample rate), rad/s/sqrt(Hz).
+
+    An axis that a coarse step holds at one value shows none.
+    """
     low, high = NOISE_BAND_HZ[0], min(NOISE_BAND_HZ[1], 0.4 * a.campaign.rate_hz)
     still = [(r, w) for r in a.campaign.runs for w in r.windows if not w.moving and len(w) >= r.run.rate_hz]
     out = {}
     for axis, model in a.noise.items():
-        grams = [periodogram(r.run.angular_rate[w.start : w.stop, axis], r.run.rate_hz) for r, w in still]
+        series = [(r.run.angular_rate[w.start : w.stop, axis], r.run.rate_hz) for r, w in still]
+        grams = [periodogram(x, rate_hz) for x, rate_hz in series if np.ptp(x) > 0.0]
         used = [(g.frequency >= low) & (g.frequency <= high) & model.usable(g.frequency, g.frequency[0]) for g in grams]
         power = np.concatenate([np.zeros(0), *(g.power[keep] for g, keep in zip(grams, used, strict=True))])
         if len(power) < FEWEST_ORDINATES:
