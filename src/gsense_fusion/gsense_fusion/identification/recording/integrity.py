@@ -16,6 +16,7 @@ from gsense_fusion.bags.run import Run, ScalarSeries
 from gsense_fusion.identification.recording.field import FieldRecord, MotorRecord, field_record, motor_record
 from gsense_fusion.identification.recording.lattice import lattice_steps
 from gsense_fusion.identification.recording.stamps import Stamps, grid_index, look_at_stamps
+from gsense_fusion.identification.recording.supply import supply_of
 from gsense_fusion.identification.types import GRAVITY, BoolArray, FloatArray, IdentificationError, IntArray, Role
 
 SESSION_GAP_S = 60.0
@@ -168,7 +169,7 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         unit_id=run.unit_id,
         notes=run.notes,
         clipped=clipped(imu.angular_rate, imu.specific_force, axes),
-        supply=_running_mean(run.battery, epoch_ns, time),
+        supply=supply_of(run.battery, epoch_ns, time),
         stamps=look_at_stamps(index, period, np.concatenate([imu.angular_rate, imu.specific_force], axis=1), run.link),
         steps=lattice_steps(imu.angular_rate, axes),
         magnetic=field_record(run, epoch_ns),
@@ -200,15 +201,6 @@ def _smooth(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> Flo
     order = 3 if len(stamps) >= 40 else 1
     fit = np.polynomial.Polynomial.fit(stamps, series.value, order, domain=[middle - half, middle + half])
     return np.asarray(fit(time), dtype=float)
-
-
-def _running_mean(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> FloatArray | None:
-    """Means over five readings, interpolated: a supply that is toggled keeps its steps."""
-    if series is None or len(series.stamp_ns) < 5 or not np.isfinite(series.value).all():
-        return None
-    padded = np.pad(series.value, 2, mode="edge")
-    mean = np.convolve(padded, np.full(5, 0.2), mode="valid")
-    return np.asarray(np.interp(time, (series.stamp_ns - epoch_ns) * 1e-9, mean), dtype=float)
 
 
 def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple[Clipped, ...]:
