@@ -7,13 +7,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 from scipy.stats import chi2
 
-from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.effects.base import TemplateSpec
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.interval import instant, template_stderr
-from gsense_fusion.identification.search.screening import screened
+from gsense_fusion.identification.search.interval import template_stderr
+from gsense_fusion.identification.search.tuning import Tuning
 
 MAX_EFFECTS = 4
 RIVAL_LOGLIK = 10.0
@@ -24,7 +23,6 @@ CLOSE = 40.0
 MAX_REFINED = 3
 ORDER_WEIGHT = 0.01
 """Of likelihoods that are equal to this the commoner effect (the catalogue's order) is taken."""
-REFINED_TO = 2e-3
 CHEAP_COST = 6.5
 """A parameter that only block means tell, or that refines the shape of an effect which is there without it, costs this,
 not ln n of all samples: false alarms of 2e-4 with three."""
@@ -33,8 +31,6 @@ FAMILY_COST = 10.0
 look alike, where one with a shape of its own explains the data nearly as well."""
 MOST_MERGED = 2
 """Effects of a family that one is tried in the place of at once."""
-KEPT_POINTS = 3
-"""Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
 
 
 @dataclass(frozen=True)
@@ -58,11 +54,9 @@ class Selection:
         self._place = {name: i for i, name in enumerate(self.effects)}
         self._memory: dict[frozenset[str], Candidate] = {}
         self._rough: dict[frozenset[str], Candidate] = {}
-        self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
-        self._points: dict[str, list[dict[str, float]]] = {}
+        self.tuning = Tuning(likelihood, lambda names: self.rough(names).fit)
         self.bought: frozenset[str] = frozenset()
         """Further terms that the best model has, of those that have to be bought."""
-        self._instants: list[tuple[float, float]] = []
         self._shapes = {n: shapes for n in self.effects if (shapes := self._shapes_of(n))}
         self._say = progress or (lambda _text: None)
 
@@ -71,10 +65,10 @@ class Selection:
         if names not in self._memory:
             self._say("+".join(sorted(names)) or "bias alone")
             rough = self.rough(names)
-            self._memory[names] = rough if not self._specs(names) else self._scored(self._refine(rough.fit))
-            for name in (n for n in names if n in self._points):
-                point = _values(self._memory[names].fit, self.effects[name].templates)
-                self._points[name] = [point, *self._points[name][:KEPT_POINTS]]
+            self._memory[names] = (
+                rough if not self.tuning.specs(names) else self._scored(self.tuning.refined(rough.fit))
+            )
+            self.tuning.keep(self._memory[names].fit)
         return self._memory[names]
 
     def rough(self, names: frozenset[str]) -> Candidate:
@@ -82,7 +76,7 @@ class Selection:
         if names in self._memory:
             return self._memory[names]
         if names not in self._rough:
-            self._rough[names] = self._scored(self._on_grids(names))
+            self._rough[names] = self._scored(self.tuning.on_grids(names))
         return self._rough[names]
 
     def tried(self) -> list[Candidate]:
@@ -109,7 +103,7 @@ class Selection:
         """Whether a model with more effects has more parameters that the data identifies; any other model may."""
         if not larger.names > smaller.names:
             return True
-        searched = any(not t.optional for t in self._specs(larger.names - smaller.names))
+        searched = any(not t.optional for t in self.tuning.specs(larger.names - smaller.names))
         return searched or larger.rank > smaller.rank
 
     def _neighbours(self, names: frozenset[str]) -> Iterable[frozenset[str]]:
@@ -161,9 +155,6 @@ class Selection:
         """Whether every effect of the set has what it needs beside it."""
         return all(need in names for n in names for need in self.effects[n].needs)
 
-    def _specs(self, names: frozenset[str]) -> list[TemplateSpec]:
-        return [t for n in self.effects if n in names for t in self.effects[n].templates]
-
     def _scored(self, fit: Fit) -> Candidate:
         dear, cheap = 0, 0
         for name in fit.names:
@@ -196,105 +187,11 @@ class Selection:
         count = sum(len(e.parameters) for e in cheap)
         return min(count, fit.rank)
 
-    def _on_grids(self, names: frozenset[str]) -> Fit:
-        """Effects with searched parameters one after the other, each over the product of its grids."""
-        fit = self.likelihood.evaluate(names, Templates())
-        for name in (n for n in self.effects if n in names and self.effects[n].templates):
-            specs = self.effects[name].templates
-            if all(t.optional for t in specs):
-                continue
-            fit = max(self._tried_points(fit, names, name), key=lambda f: f.loglik, default=fit)
-            known = self._points.get(name, [])
-            if len(specs) == 1 and specs[0].owns_effect and _values(fit, specs) not in known:
-                fit = self._refine_one(fit, specs[0])
-                self._points[name] = [_values(fit, specs), *known[:KEPT_POINTS]]
-            elif name not in self._points:
-                self._points[name] = [_values(fit, specs)]
-        return fit
-
-    def _tried_points(self, fit: Fit, names: frozenset[str], name: str) -> list[Fit]:
-        """An effect at the points of its grid; in a larger model only at those that were best when it came alone."""
-        specs = self.effects[name].templates
-        screen = any(not t.grid for t in specs)
-        if name in self._points and not screen:
-            points = self._points[name]
-            if specs[0].owns_effect:  # alone, a delay stands for whatever is out of phase: elsewhere it may be small
-                points = [*points, *({specs[0].field: value} for value in specs[0].grid)]
-            return [self._at(names, fit.templates, point) for point in points]
-        grids = [self._grid(t, names, name) for t in specs]
-        points = [dict(zip((t.field for t in specs), p, strict=True)) for p in itertools.product(*grids)]
-        tried = sorted((self._at(names, fit.templates, p) for p in points), key=lambda f: -f.loglik)
-        if tried and not screen and not specs[0].owns_effect:
-            self._points[name] = [_values(f, specs) for f in tried[:KEPT_POINTS]]
-        return tried
-
-    def _grid(self, spec: TemplateSpec, names: frozenset[str], name: str) -> Sequence[float]:
-        if spec.grid:
-            return spec.grid
-        key = (spec.field, names - {name})
-        if key not in self._screens:
-            self._screens[key] = screened(spec.field, self.likelihood, self.rough(names - {name}).fit)
-        return self._screens[key]
-
-    def _at(self, names: frozenset[str], templates: Templates, values: dict[str, float]) -> Fit:
-        for field, value in values.items():
-            templates = templates.set(field, value)
-        return self.likelihood.evaluate(names, templates)
-
-    def _refine(self, fit: Fit) -> Fit:
-        specs = self._specs(fit.names)
-        in_vain: dict[str, Fit] = {}
-        for _ in range(1 if len(specs) < 2 else 2):
-            for spec in (s for s in specs if in_vain.get(s.field) is not fit):
-                refined = self._refine_one(fit, spec)
-                threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
-                if 2 * (refined.loglik - fit.loglik) > threshold:
-                    fit = refined
-                else:
-                    in_vain[spec.field] = fit
-        for spec in (s for s in specs if s.gaps):
-            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
-        return fit
-
-    def _instant(self, fit: Fit, spec: TemplateSpec) -> float:
-        """The mean of an instant; looked for once in each neighbourhood, whatever else is in the model."""
-        value = fit.templates.get(spec.field, spec.default)
-        known = (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible)
-        mean = next(known, None)
-        if mean is None:
-            mean, _ = instant(self.likelihood, fit, spec)
-            self._instants.append((value, mean))
-        return mean
-
-    def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
-        """A searched parameter between its neighbours on the grid (or its plausible distance)."""
-
-        def evaluate(value: float) -> Fit:
-            return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit, kept=fit.rank)
-
-        centre = fit.templates.get(spec.field, spec.default)
-        if spec.optional:
-            centre = max(((evaluate(v).loglik, v) for v in spec.grid), default=(0.0, centre))[1]
-        below = [g for g in spec.grid if g < centre * (1 - 1e-3)]
-        above = [g for g in spec.grid if g > centre * (1 + 1e-3)]
-        low = max(spec.lower, max(below, default=centre - 2 * spec.plausible))
-        high = min(spec.upper, min(above, default=centre + 2 * spec.plausible))
-        if high <= low:
-            return fit
-        found = minimize_scalar(
-            lambda v: -evaluate(float(v)).loglik,
-            bounds=(low, high),
-            method="bounded",
-            options={"xatol": (high - low) * REFINED_TO, "maxiter": 14},
-        )
-        best = fit.templates.set(spec.field, float(found.x))
-        return self.likelihood.evaluate(fit.names, best, kept=fit.rank)
-
     def gain(self, best: Fit, name: str) -> tuple[float, int]:
         """Twice the log-likelihood and the parameters lost when an effect (and what needs it) is taken out."""
         dropped = self.with_dependants(best.names, name)
         without = self.candidate(best.names - dropped).fit
-        lost = best.rank - without.rank + len([t for t in self._specs(dropped) if not t.optional])
+        lost = best.rank - without.rank + len([t for t in self.tuning.specs(dropped) if not t.optional])
         return 2 * (best.loglik - without.loglik), max(1, lost)
 
     def supported(self, best: Fit, name: str) -> bool:
@@ -342,10 +239,6 @@ class Selection:
     def _behind(best: Fit, score: float, other: Candidate) -> float:
         """By how much a model comes after the best one, in twice the log-likelihood or by the criterion."""
         return min(2 * (best.best_loglik - other.fit.best_loglik), score - other.score)
-
-
-def _values(fit: Fit, specs: Sequence[TemplateSpec]) -> dict[str, float]:
-    return {t.field: fit.templates.get(t.field, t.default) for t in specs}
 
 
 def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:

@@ -1,0 +1,146 @@
+"""The searched parameters of a model: tried on their grids, then refined between the points of the grid."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.search.interval import instant
+from gsense_fusion.identification.search.peak import peak, sections
+from gsense_fusion.identification.search.screening import screened
+
+REFINED_TO = 2e-3
+"""Of the way between the neighbours on the grid."""
+HOPELESS = 0.1
+"""Part of its price that an optional parameter must earn beside the model's drift to get a drift of its own."""
+KEPT_POINTS = 3
+"""Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
+
+
+class Tuning:
+    """Values of the searched parameters; what was found for an effect in one model is tried first in the next."""
+
+    def __init__(self, likelihood: Likelihood, rough: Callable[[frozenset[str]], Fit]) -> None:
+        """Take the data, and where the fit of a smaller model comes from whose residual says where to begin."""
+        self.likelihood = likelihood
+        self.effects = {effect.name: effect for effect in likelihood.effects}
+        self._rough = rough
+        self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
+        self._points: dict[str, list[dict[str, float]]] = {}
+        self._instants: list[tuple[float, float]] = []
+
+    def specs(self, names: frozenset[str]) -> list[TemplateSpec]:
+        """Searched parameters of a set of effects."""
+        return [t for n in self.effects if n in names for t in self.effects[n].templates]
+
+    def keep(self, fit: Fit) -> None:
+        """Remember the values of a refined model for larger ones."""
+        for name in (n for n in fit.names if n in self._points):
+            point = _values(fit.templates, self.effects[name].templates)
+            self._points[name] = [point, *self._points[name][:KEPT_POINTS]]
+
+    def on_grids(self, names: frozenset[str]) -> Fit:
+        """Effects with searched parameters one after the other, each over the product of its grids."""
+        fit: Fit | None = None
+        for name in (n for n in self.effects if n in names and self.effects[n].templates):
+            specs = self.effects[name].templates
+            if all(t.optional for t in specs):
+                continue
+            templates = Templates() if fit is None else fit.templates
+            fit = max(self._tried_points(templates, names, name), key=lambda f: f.loglik, default=fit)
+            known = self._points.get(name, [])
+            if fit is None:
+                self._points.setdefault(name, [_values(templates, specs)])
+            elif len(specs) == 1 and specs[0].owns_effect and _values(fit.templates, specs) not in known:
+                fit = self._refine_one(fit, specs[0])
+                self._points[name] = [_values(fit.templates, specs), *known[:KEPT_POINTS]]
+            else:
+                self._points.setdefault(name, [_values(fit.templates, specs)])
+        return self.likelihood.evaluate(names, Templates()) if fit is None else fit
+
+    def _tried_points(self, templates: Templates, names: frozenset[str], name: str) -> list[Fit]:
+        """An effect at the points of its grid; in a larger model only at those that were best when it came alone."""
+        specs = self.effects[name].templates
+        screen = any(not t.grid for t in specs)
+        if name in self._points and not screen:
+            points = self._points[name]
+            if specs[0].owns_effect:  # alone, a delay stands for whatever is out of phase: elsewhere it may be small
+                points = [*points, *({specs[0].field: value} for value in specs[0].grid)]
+            return [self._at(names, templates, point) for point in points]
+        grids = [self._grid(t, names, name) for t in specs]
+        points = [dict(zip((t.field for t in specs), p, strict=True)) for p in itertools.product(*grids)]
+        tried = sorted((self._at(names, templates, p) for p in points), key=lambda f: -f.loglik)
+        if tried and not screen and not specs[0].owns_effect:
+            self._points[name] = [_values(f.templates, specs) for f in tried[:KEPT_POINTS]]
+        return tried
+
+    def _grid(self, spec: TemplateSpec, names: frozenset[str], name: str) -> Sequence[float]:
+        if spec.grid:
+            return spec.grid
+        key = (spec.field, names - {name})
+        if key not in self._screens:
+            self._screens[key] = screened(spec.field, self.likelihood, self._rough(names - {name}))
+        return self._screens[key]
+
+    def _at(self, names: frozenset[str], templates: Templates, values: dict[str, float]) -> Fit:
+        for field, value in values.items():
+            templates = templates.set(field, value)
+        return self.likelihood.evaluate(names, templates)
+
+    def refined(self, fit: Fit) -> Fit:
+        """Every searched parameter of a fit between the points of its grid, each twice where there are several."""
+        specs = self.specs(fit.names)
+        in_vain: dict[str, Fit] = {}
+        for _ in range(1 if len(specs) < 2 else 2):
+            for spec in (s for s in specs if in_vain.get(s.field) is not fit):
+                refined = self._refine_one(fit, spec)
+                threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
+                if 2 * (refined.loglik - fit.loglik) > threshold:
+                    fit = refined
+                else:
+                    in_vain[spec.field] = fit
+        for spec in (s for s in specs if s.gaps):
+            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
+        return fit
+
+    def _instant(self, fit: Fit, spec: TemplateSpec) -> float:
+        """The mean of an instant; looked for once in each neighbourhood, whatever else is in the model."""
+        value = fit.templates.get(spec.field, spec.default)
+        known = (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible)
+        mean = next(known, None)
+        if mean is None:
+            mean, _ = instant(self.likelihood, fit, spec)
+            self._instants.append((value, mean))
+        return mean
+
+    def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
+        """A searched parameter between its neighbours on the grid (or its plausible distance)."""
+
+        def evaluate(value: float) -> Fit:
+            return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, value), fit, kept=fit.rank)
+
+        centre = fit.templates.get(spec.field, spec.default)
+        if spec.optional:
+            centre = max(((evaluate(v).loglik, v) for v in spec.grid), default=(0.0, centre))[1]
+        below = [g for g in spec.grid if g < centre * (1 - 1e-3)]
+        above = [g for g in spec.grid if g > centre * (1 + 1e-3)]
+        low = max(spec.lower, max(below, default=centre - 2 * spec.plausible))
+        high = min(spec.upper, min(above, default=centre + 2 * spec.plausible))
+        if high <= low:
+            return fit
+        within = (high - low) * REFINED_TO
+        if spec.grid:
+            best = peak(lambda v: evaluate(v).loglik, centre, low, high, within)
+        else:  # lines beside lines: the highest one need not be the nearest
+            best = sections(lambda v: evaluate(v).loglik, low, high, within)
+        if spec.optional and 2 * (evaluate(best).loglik - fit.loglik) < HOPELESS * np.log(self.likelihood.samples):
+            return fit
+        return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, best), kept=fit.rank)
+
+
+def _values(templates: Templates, specs: Sequence[TemplateSpec]) -> dict[str, float]:
+    return {t.field: templates.get(t.field, t.default) for t in specs}
