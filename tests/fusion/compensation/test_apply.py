@@ -27,7 +27,7 @@ from gsense_fusion.compensation import (
     corrected_field,
     corrected_force,
 )
-from gsense_fusion.identification.campaign import lagged_temperature
+from gsense_fusion.identification.drivers import lagged_temperature
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import Role
 

@@ -13,7 +13,8 @@ from tests.study.simulator.energy import scaled
 from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.identification.analysis import Analysis, Settings
-from gsense_fusion.identification.campaign import DriverSource, build_campaign
+from gsense_fusion.identification.campaign import build_campaign
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.rail_curvature import RailCurvature

@@ -6,7 +6,8 @@ import pytest
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG
 
-from gsense_fusion.identification.campaign import DriverSource, build_campaign
+from gsense_fusion.identification.campaign import build_campaign
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup

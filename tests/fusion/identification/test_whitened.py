@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.analysis import Settings
-from gsense_fusion.identification.campaign import DriverSource, build_campaign
+from gsense_fusion.identification.campaign import build_campaign
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates, per_axis
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.engine import decidable

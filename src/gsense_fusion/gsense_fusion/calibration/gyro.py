@@ -11,7 +11,7 @@ import numpy as np
 from gsense_fusion.bags.run import Run
 from gsense_fusion.compensation import CompensationFile, GCubed, GSensitivity, GSquared, Matrix, Term
 from gsense_fusion.identification.analysis import Analysis, Settings
-from gsense_fusion.identification.campaign import DriverSource
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import parts_of
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.errors.folds import make_folds
@@ -112,7 +112,7 @@ def calibrate_gyro(
     real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
     chosen = variant if real else "none"
     plain = likelihood.evaluate(frozenset(), full.templates)
-    folds = make_folds(a.campaign, effects, a.noise, fits | {"before": plain}, lambda _text: None)
+    folds = make_folds(a.campaign, a.likelihood.source, effects, a.noise, fits | {"before": plain}, lambda _text: None)
     held = {name: _held_out(folds, name) for name in ("before", *VARIANTS)}
     earth_unknown = site is None and not any(w.moving for r in a.campaign.fit for w in r.windows)
     turning = frozenset({"earth_vertical"} if earth_unknown else ())

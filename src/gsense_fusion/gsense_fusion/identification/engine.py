@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
-from gsense_fusion.identification.campaign import MIN_MOVING_S, MIN_STILL_S, Campaign, DriverSource
+from gsense_fusion.identification.campaign import MIN_MOVING_S, MIN_STILL_S, Campaign
 from gsense_fusion.identification.catalogue import RECORDED
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.quantization import Rounding, rounding
 from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, look_at
@@ -92,7 +93,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     claims = beyond_rounding(judge(selection, best.fit, statistical, rounded), rounded)
     claims = with_aliases(claims, likelihood)
     declared = selection.candidate(base).fit
-    folds = make_folds(campaign, effects, noise, claims.ladder, lambda text: say(text, 0.8))
+    folds = make_folds(campaign, source, effects, noise, claims.ladder, lambda text: say(text, 0.8))
     if not folds:
         raise IdentificationError(
             f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs"

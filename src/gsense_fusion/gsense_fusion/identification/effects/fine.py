@@ -38,10 +38,14 @@ class Fine:
         seen = response is not None and response.filtered
         if not seen and not means:
             return series[:: self.per_sample]
+        if not series.any():
+            return np.zeros(len(series[:: self.per_sample]))
         n = next_fast_len(len(series) + self.per_sample, real=True)
         frequency = rfftfreq(n, self.step_s)
-        passed = np.sinc(frequency * self.step_s * self.per_sample)
-        gain = response.transfer(frequency) if response is not None and seen else passed.astype(complex)
+        if response is not None and seen:
+            gain = response.on_grid(n, self.step_s)
+        else:
+            gain = np.sinc(frequency * self.step_s * self.per_sample).astype(complex)
         if means:
             gain = gain / np.sinc(frequency * self.step_s)
         return np.asarray(irfft(rfft(series, n) * gain, n)[: len(series) : self.per_sample])

@@ -131,6 +131,8 @@ def transfer(frequency_hz: FloatArray, f0: float, damping: float) -> ComplexArra
 
 def resonant(time: FloatArray, series: FloatArray, f0: float, damping: float) -> FloatArray:
     """A series (n,) that begins and ends at rest through f0^2 / (f0^2 - f^2 + 2 i damping f0 f), shape (n,)."""
+    if not series.any():
+        return np.zeros(len(series))
     step = step_of(time)
     n = next_fast_len(len(series) + int(4.0 / (damping * f0) / max(step, 1e-4)), real=True)
     response = transfer(rfftfreq(n, step), f0, damping)

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData
+from gsense_fusion.identification.campaign import Campaign, RunData
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.errors.metrics import Held
 from gsense_fusion.identification.errors.predict import Prediction, Predictor
@@ -22,6 +23,7 @@ MAX_FOLDS = 40
 
 def make_folds(
     campaign: Campaign,
+    source: DriverSource,
     effects: tuple[Effect, ...],
     noise: Mapping[int, NoiseModel],
     fits: Mapping[str, Fit],
@@ -31,8 +33,6 @@ def make_folds(
 
     Structure, template values and drift stay as found; coefficients are fitted anew without the held-out runs.
     """
-    response = Response.of(noise, campaign.rate_hz)
-    source = DriverSource(campaign, response)
     used = tuple(e for e in effects if any(e.name in fit.names for fit in fits.values()))
     fits = {label: _narrowed(fit, effects, used) for label, fit in fits.items()}
     if campaign.held_out:
@@ -44,7 +44,7 @@ def make_folds(
         progress(f"held out in turn {number + 1}/{len(groups)}")
         runs = tuple(_with_role(r, Role.HELD_OUT if r in members else Role.FIT) for r in campaign.runs)
         fold = Campaign(runs, campaign.mountings, campaign.delay)
-        fold_source = DriverSource(fold, response)
+        fold_source = DriverSource(fold, Response.of(noise, campaign.rate_hz))
         if not fold.fit:
             continue
         likelihood = Likelihood(fold, fold_source, used, noise)

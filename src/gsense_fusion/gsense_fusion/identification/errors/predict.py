@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import DriverSource, RunData
+from gsense_fusion.identification.campaign import RunData
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
 from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.likelihood.model import Fit

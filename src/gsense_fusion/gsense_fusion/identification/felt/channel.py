@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import Campaign, DriverSource, RunData
+from gsense_fusion.identification.campaign import Campaign, RunData
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.felt.orders import OrderProjection, project_orders

@@ -40,9 +40,11 @@ class Tolerance:
         """
         columns: list[int] = []
         variance: list[float] = []
+        present = np.zeros(len(square), dtype=bool)
+        present[used] = True
         for group in groups:
-            size = float(np.sum(square[group]))
-            if size > 0 and np.isin(group, used).all():
+            size = float(square[group].sum())
+            if size > 0 and present[group].all():
                 columns.extend(int(c) for c in group)
                 variance.extend([TOLERANCE**2 * size] * len(group))
         return Tolerance(np.array(columns, dtype=np.int64), np.array(variance))

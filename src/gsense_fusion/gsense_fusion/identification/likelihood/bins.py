@@ -72,8 +72,14 @@ def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:
 
 def rows_by_axis(series: FloatArray, bins: Bins, axes: Collection[int]) -> FloatArray:
     """Whitened rows (len(axes), 2 * bins, k) of k series (k, n) as each axis weighs them, slow parts projected out."""
+    if (series == series[:, :1]).all():  # a step before or after the window
+        return np.zeros((len(axes), 2 * len(bins.frequency), len(series)))
     spectrum = rfft(series, axis=1)[:, bins.keep]
-    parts = np.concatenate([spectrum.real, spectrum.imag], axis=1).T
+    return whitened(np.concatenate([spectrum.real, spectrum.imag], axis=1).T, bins, axes)
+
+
+def whitened(parts: FloatArray, bins: Bins, axes: Collection[int]) -> FloatArray:
+    """The same of real and imaginary parts (2 * bins, k)."""
     out = np.empty((len(axes), *parts.shape))
     for i, axis in enumerate(axes):
         np.multiply(parts, bins.both[:, axis, None], out=out[i])

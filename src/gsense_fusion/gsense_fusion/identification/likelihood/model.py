@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import Campaign, DriverSource
+from gsense_fusion.identification.campaign import Campaign
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.felt.channel import ForceChannel
 from gsense_fusion.identification.likelihood.alignment import Tolerance, differences, marginalise
@@ -16,7 +17,7 @@ from gsense_fusion.identification.likelihood.gram import Columns, Gram
 from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise, estimate_drifts, initial_drift
 from gsense_fusion.identification.likelihood.whitened import WhitenedCampaign
 from gsense_fusion.identification.noise.spectrum import NoiseModel
-from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray, Owner
+from gsense_fusion.identification.types import FloatArray, IntArray, Owner
 
 IDENTIFIED_PART = 0.3
 KEPT_PART = 1.0
@@ -108,9 +109,8 @@ class _Posed:
     """Moving windows, by mounting."""
     felt: tuple[Gram, ...]
     """The accelerometer's part, by mounting."""
-    blocks: FloatArray
-    """Design of the block means, shape (b, 3, k)."""
     slow: Gram
+    """Block means."""
 
 
 class Likelihood:
@@ -161,12 +161,13 @@ class Likelihood:
         blocks = self.blocks.part(still)
         residual = (self.blocks.rate - self.block_columns(fit.templates) @ fit.beta)[still]
         slow = {axis: SlowNoise(blocks, model.white_psd) for axis, model in self.slow.items()}
-        return estimate_drifts(slow, residual, self._slow_columns(fit.names, fit.templates, still))
+        X = self._block_part(fit.names, fit.templates)[still]
+        return estimate_drifts(slow, residual, self._plausible_sizes(fit.names, X))
 
-    def _slow_columns(self, names: frozenset[str], templates: Templates, keep: BoolArray) -> dict[int, FloatArray]:
-        """Columns of a model on some blocks in plausible sizes, by axis, shape (b, k)."""
-        X = self._block_part(names, templates)[keep] * self.columns.plausible[self.columns.index(names)]
-        return {axis: X[:, axis, :] for axis in self.slow}
+    def _plausible_sizes(self, names: frozenset[str], X: FloatArray) -> dict[int, FloatArray]:
+        """Columns (b, 3, k) of some effects in plausible sizes, by axis, shape (b, k)."""
+        sized = X * self.columns.plausible[self.columns.index(names)]
+        return {axis: sized[:, axis, :] for axis in self.slow}
 
     def slow_gram(self, templates: Templates, drift: Mapping[int, Drift], names: frozenset[str] | None = None) -> Gram:
         """Normal equations of the block means, for the columns of `names` (all where None; the others zero)."""
@@ -209,20 +210,28 @@ class Likelihood:
         names, templates = names & self._slow_names, templates.only(self._slow_fields)
         key = (names, templates)
         if key not in self._drifts:
-            drift = self.rest_drift
-            for _ in range(DRIFT_ROUNDS):
-                fit = self._solve(self._posed(names, templates, drift), np.zeros(self.columns.total))
-                part = fit.beta[self.columns.index(names)]
-                drift = self._estimate_drift(names, templates, self._block_part(names, templates) @ part)
-            self._drifts[key] = drift
+            self._drifts[key] = self._settled_drift(names, templates)
         return dict(self._drifts[key])
+
+    def _settled_drift(self, names: frozenset[str], templates: Templates) -> dict[int, Drift]:
+        """Coefficients and drift in turn until the strengths stay, from what rest says."""
+        X = self._block_part(names, templates)
+        index = self.columns.index(names)
+        columns = self._plausible_sizes(names, X)
+        drift: dict[int, Drift] = {}
+        for _ in range(DRIFT_ROUNDS):
+            fit = self._solve(self._posed(names, templates, drift or self.rest_drift), np.zeros(self.columns.total))
+            before, drift = drift, estimate_drifts(self.slow, self.blocks.rate - X @ fit.beta[index], columns, drift)
+            if before and all(drift[axis].like(before[axis]) for axis in drift):
+                break
+        return drift
 
     def _posed(self, names: frozenset[str], templates: Templates, drift: Mapping[int, Drift]) -> _Posed:
         index = self.columns.index(names)
         fast = {m: g.part(index) for m, g in self.fast.mounting_grams(templates, names).items()}
         felt = tuple(g.part(index) for g in self.felt.grams(names, templates).values())
-        X = self._block_part(names, templates)
-        return _Posed(names, templates, drift, index, fast, felt, X, self._slow_part(X, drift))
+        slow = self._slow_part(self._block_part(names, templates), drift)
+        return _Posed(names, templates, drift, index, fast, felt, slow)
 
     def _solve(self, posed: _Posed, square: FloatArray, kept: int = 0) -> Fit:
         """Least squares; the tolerance of alignment is that of coefficients with these squares (P,)."""
@@ -235,7 +244,8 @@ class Likelihood:
         plausible = self.columns.plausible[index]
         everything = np.arange(len(index))
         part, covariance, rank = solve(fast + posed.slow, everything, plausible, felt if turned else None, kept)
-        best = self._fast_loglik(fast, part) + self._slow_loglik(posed.blocks @ part, drift)
+        logdet = sum(slow.logdet(drift[axis]) for axis, slow in self.slow.items())
+        best = self._loglik(fast, part) + self._loglik(posed.slow, part) - 0.5 * logdet
         # in a single mounting its difference cannot be told from the coefficients themselves
         spread = sum(m.logdet for m in marginals.values()) * (len(marginals) > 1) + sum(m.logdet for m in turned)
         loglik = best - 0.5 * spread
@@ -251,15 +261,6 @@ class Likelihood:
         out[index] = part
         return out
 
-    def _estimate_drift(self, names: frozenset[str], templates: Templates, predicted: FloatArray) -> dict[int, Drift]:
-        everything = np.ones(len(self.blocks), dtype=bool)
-        columns = self._slow_columns(names, templates, everything)
-        return estimate_drifts(self.slow, self.blocks.rate - predicted, columns)
-
     @staticmethod
-    def _fast_loglik(gram: Gram, beta: FloatArray) -> float:
+    def _loglik(gram: Gram, beta: FloatArray) -> float:
         return -0.5 * (gram.yy - 2 * float(beta @ gram.xy) + float(beta @ gram.xx @ beta))
-
-    def _slow_loglik(self, predicted: FloatArray, drift: Mapping[int, Drift]) -> float:
-        residual = self.blocks.rate - predicted
-        return sum(slow.loglik(residual[:, axis], drift[axis]) for axis, slow in self.slow.items())

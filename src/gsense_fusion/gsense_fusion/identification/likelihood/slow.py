@@ -27,6 +27,8 @@ GRID = tuple(10.0**x for x in np.arange(-5.0, 1.01, 1.0))
 WALK_GRID = tuple(10.0**x for x in np.arange(-5.0, 3.01, 1.0))
 WALK_SCALE = 1e-2
 """1/s: walk strengths are tried at this times WALK_GRID; an MPU-6050's reach to 0.016 deg/s/sqrt(s)."""
+SETTLED = 1e-3
+"""Relative change of a strength that counts as none."""
 EARTH_VARIANCE = 7.292115e-5**2 / 3.0
 """(rad/s)^2: earth rate (thesis eq. 2.1) on one axis of a board of unknown heading; it turns with the mounting."""
 
@@ -63,6 +65,11 @@ class Drift:
 
     flicker: float
     walk: float
+
+    def like(self, other: Drift) -> bool:
+        """Whether no strength differs by more than what a search leaves open."""
+        mine, theirs = np.array([self.flicker, self.walk]), np.array([other.flicker, other.walk])
+        return bool(np.all(np.abs(mine - theirs) <= SETTLED * theirs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,6 +110,7 @@ class SlowNoise:
         self.sessions = np.stack([blocks.session == s for s in np.unique(blocks.session)], axis=1).astype(float)
         self.white_psd = white_psd
         self.factor = lru_cache(maxsize=256)(self._factor)
+        self._projected = lru_cache(maxsize=64)(lambda drift: self._without_biases(self.factor(drift)))
 
     def covariance(self, drift: Drift) -> FloatArray:
         """Shape (b, b)."""
@@ -113,16 +121,9 @@ class SlowNoise:
         K = self.covariance(drift)
         return cho_factor(K + np.eye(len(K)) * 1e-12 * np.trace(K) / len(K), lower=True)
 
-    def loglik(self, residual: FloatArray, drift: Drift) -> float:
-        """Marginal log-likelihood of a residual (b,), each session's bias integrated out."""
-        factor = self.factor(drift)
-        solved = _solved(factor, np.column_stack([residual, self.sessions]))
-        a, H = solved[:, 0], solved[:, 1:]
-        hh = self.sessions.T @ H
-        hr = self.sessions.T @ a
-        quad = float(residual @ a) - float(hr @ np.linalg.solve(hh, hr))
-        logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(hh)[1])
-        return -0.5 * (quad + logdet)
+    def logdet(self, drift: Drift) -> float:
+        """ln|K| + ln|H' K^-1 H|: the biases H are integrated out."""
+        return self._projected(drift)[1]
 
     def grid_logliks(self, residual: FloatArray, columns: FloatArray) -> FloatArray:
         """Marginal log-likelihood at every point of the grid of strengths, shape (points,)."""
@@ -215,14 +216,8 @@ class SlowNoise:
 
     def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:
         """Whitened normal equations of the blocks with the sessions' biases projected out; X (b, P), y (b,)."""
-        factor = self.factor(drift)
         both = np.column_stack([X, y])
-        solved = _solved(factor, np.column_stack([both, self.sessions]))
-        k = both.shape[1]
-        H = solved[:, k:]
-        hh = self.sessions.T @ H
-        cross = self.sessions.T @ solved[:, :k]
-        full = both.T @ solved[:, :k] - cross.T @ np.linalg.solve(hh, cross)
+        full = both.T @ (self._projected(drift)[0] @ both)
         p = X.shape[1]
         return Gram(full[:p, :p], full[:p, p], float(full[p, p]), len(y) - self.sessions.shape[1])
 
@@ -233,7 +228,10 @@ def _solved(factor: tuple[FloatArray, bool], right: FloatArray) -> FloatArray:
 
 
 def estimate_drifts(
-    slow: Mapping[int, SlowNoise], residual: FloatArray, columns: Mapping[int, FloatArray]
+    slow: Mapping[int, SlowNoise],
+    residual: FloatArray,
+    columns: Mapping[int, FloatArray],
+    near: Mapping[int, Drift] | None = None,
 ) -> dict[int, Drift]:
     """Drift strengths of all axes: each its own, drawn towards what all axes of the chip say together.
 
@@ -241,13 +239,15 @@ def estimate_drifts(
         slow: Covariances by axis.
         residual: rad/s, shape (b, 3).
         columns: By axis the model's columns in plausible sizes, shape (b, k).
+        near: Where to begin instead of at the best point of the grid, from an earlier round.
 
     """
+    near = near or {}
     grids = {axis: s.grid_logliks(residual[:, axis], columns[axis]) for axis, s in slow.items()}
     pooled = int(np.argmax(np.sum(list(grids.values()), axis=0)))
     out = {}
     for axis, s in slow.items():
-        start = s.strengths(int(np.argmax(grids[axis])))
+        start = near.get(axis) or s.strengths(int(np.argmax(grids[axis])))
         out[axis] = s.refine(residual[:, axis], columns[axis], start, s.strengths(pooled))
     return out
 

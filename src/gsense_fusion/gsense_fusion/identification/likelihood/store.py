@@ -7,7 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from gsense_fusion.identification.campaign import DriverSource, RunData, Window
+from gsense_fusion.identification.campaign import RunData, Window
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.types import FloatArray

@@ -14,7 +14,8 @@ from itertools import combinations_with_replacement
 import numpy as np
 from scipy.fft import rfft
 
-from gsense_fusion.identification.campaign import Campaign, DriverSource, Window
+from gsense_fusion.identification.campaign import Campaign, Window
+from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.likelihood.bins import HIGHEST_HZ, Bins, axis_rows, rows_by_axis, window_bins

@@ -7,19 +7,19 @@ through G) is no column either: whatever goes with the measured specific force a
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
-from scipy.fft import irfft, rfft
+from scipy.fft import rfft
 
 from gsense_fusion.identification.campaign import Campaign, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
-from gsense_fusion.identification.likelihood.bins import Bins, axis_rows, rows_by_axis, window_bins
+from gsense_fusion.identification.likelihood.bins import Bins, axis_rows, rows_by_axis, whitened, window_bins
 from gsense_fusion.identification.likelihood.store import DELAY, Designs, fields_of
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.spectrum import NoiseModel
-from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.types import ComplexArray, FloatArray
 
 WIDEST_HZ = 80.0
 PASSED = 0.5
@@ -69,9 +69,10 @@ class WideBand:
             self._windows[number] = [(w, self._levelled(data.run.angular_rate, w, b)) for w, b in self._windows[number]]
         runs = range(len(self._windows))
         measured = [self._whiten(number) for number in runs]
+        spectra = [self._felt(number) for number in runs]
         left = np.inf
         for delay in DELAYS_S:
-            vibration = [self._felt(number, delay) for number in runs]
+            vibration = [[_later(x, b, delay, self._noise) for x, b in run] for run in spectra]
             flat = [x[:, 0] for x in _flat(vibration, measured, 1)]
             energy = float(sum(x @ x for x in flat))
             if energy < left:
@@ -125,22 +126,22 @@ class WideBand:
             for w, b in (self._windows or [])[number]
         ]
 
-    def _felt(self, number: int, delay_s: float) -> list[FloatArray]:
-        """The same of the specific force and its rate of change, as late as the gyro, (axes, rows, 6)."""
-        run = self._campaign.fit[number].run
-        force = np.where(np.isfinite(run.specific_force), run.specific_force, 0.0)
+    def _felt(self, number: int) -> list[tuple[ComplexArray, Bins]]:
+        """Spectra of a run's specific force and its change by sample, (bins, 6) of each window."""
+        force = self._campaign.fit[number].run.specific_force
+        force = np.where(np.isfinite(force), force, 0.0)
         out = []
         for window, bins in (self._windows or [])[number]:
-            cut = _later(force[window.start : window.stop], delay_s * run.rate_hz)
-            series = np.concatenate([cut, np.gradient(cut, axis=0)], axis=1).T
-            out.append(rows_by_axis(np.ascontiguousarray(series), bins, self._noise))
+            cut = force[window.start : window.stop]
+            series = np.concatenate([cut, np.gradient(cut, axis=0)], axis=1)
+            out.append((rfft(series, axis=0)[bins.keep], bins))
         return out
 
 
-def _later(series: FloatArray, samples: float) -> FloatArray:
-    """A series (n, k) later by a number of samples, periodic."""
-    turn = np.exp(-2j * np.pi * samples * np.fft.rfftfreq(len(series)))
-    return np.asarray(irfft(rfft(series, axis=0) * turn[:, None], len(series), axis=0))
+def _later(spectrum: ComplexArray, bins: Bins, delay_s: float, axes: Collection[int]) -> FloatArray:
+    """Whitened rows (axes, rows, k) of what has the spectrum (bins, k), later by a delay and periodic."""
+    turned = spectrum * np.exp(-2j * np.pi * delay_s * bins.frequency)[:, None]
+    return whitened(np.concatenate([turned.real, turned.imag]), bins, axes)
 
 
 def _flat(vibration: Rows, rows: Rows, width: int) -> list[FloatArray]:

@@ -89,16 +89,16 @@ def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray,
 
 def _told_apart(w: float, duration_s: float, rate_hz: float, most: int) -> FloatArray:
     """Orders of the drive whose samples differ, the lowest first, shape (k,)."""
-    taken: list[float] = []
-    orders = []
-    for order in range(1, min(most, int(HIGHEST_HZ * 2 * np.pi / w)) + 1):
-        frequency = order * w / (2 * np.pi)
-        folded = abs((frequency + rate_hz / 2) % rate_hz - rate_hz / 2)
-        beside = min((abs(folded - f) for f in (*taken, 0.0, rate_hz / 2)), default=rate_hz)
-        if beside * duration_s > APART:
-            taken.append(folded)
-            orders.append(float(order))
-    return np.array(orders)
+    order = np.arange(1.0, min(most, int(HIGHEST_HZ * 2 * np.pi / w)) + 1)
+    folded = np.abs((order * w / (2 * np.pi) + rate_hz / 2) % rate_hz - rate_hz / 2)
+    taken = np.concatenate([[0.0, rate_hz / 2], np.zeros(len(order))])
+    used: list[int] = []
+    for i, frequency in enumerate(folded):
+        known = 2 + len(used)
+        if np.abs(taken[:known] - frequency).min() * duration_s > APART:
+            taken[known] = frequency
+            used.append(i)
+    return np.asarray(order[used])
 
 
 def _amplitudes(t: FloatArray, w: float, orders: IntArray, series: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -88,9 +88,22 @@ class Response:
 
     def passed(self, series: FloatArray, rate_hz: float) -> FloatArray:
         """What the filter leaves of a series (n,) that begins and ends alike."""
+        if not series.any():
+            return np.zeros(len(series))
         n = next_fast_len(len(series), real=True)
         padded = np.concatenate([series, np.full(n - len(series), series[-1])])
-        return np.asarray(irfft(rfft(padded) * self.transfer(rfftfreq(n, 1 / rate_hz)), n)[: len(series)])
+        return np.asarray(irfft(rfft(padded) * self.on_grid(n, 1 / rate_hz), n)[: len(series)])
+
+    def on_grid(self, n: int, step_s: float) -> ComplexArray:
+        """`transfer` at the frequencies of the spectrum of n real samples, remembered."""
+        key = (n, step_s)
+        if key not in self._gains:
+            self._gains[key] = self.transfer(rfftfreq(n, step_s))
+        return self._gains[key]
+
+    @cached_property
+    def _gains(self) -> dict[tuple[int, float], ComplexArray]:
+        return {}
 
 
 def _second_order(frequency: FloatArray, ratio: FloatArray, rate_hz: float | None) -> FloatArray | None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis
-from gsense_fusion.identification.campaign import TEMPERATURE_REFERENCE
+from gsense_fusion.identification.drivers import TEMPERATURE_REFERENCE
 from gsense_fusion.identification.errors.metrics import (
     RATE_BAND_HZ,
     AttitudeTrace,

@@ -69,14 +69,13 @@ def orders(a: Analysis) -> OrderSpectrum | None:
         amplitude.append(order_energy(windows))
     noise = np.zeros((len(amplitude[0].order), 3))
     for axis, model in a.noise.items():
-        for i, order in enumerate(amplitude[0].order):
-            # expected squared amplitude of noise alone: 4 S / (2 T) ... two quadratures of variance S / T each
-            parts = [
-                2 * model.psd(np.array([order * w.angular_frequency / (2 * np.pi)]))[0] * w.resolution_hz
-                for w in windows
-                if w.angular_frequency is not None
-            ]
-            noise[i, axis] = float(np.sqrt(np.mean(parts)))
+        # expected squared amplitude of noise alone: 4 S / (2 T) ... two quadratures of variance S / T each
+        parts = [
+            2 * model.psd(amplitude[0].order * w.angular_frequency / (2 * np.pi)) * w.resolution_hz
+            for w in windows
+            if w.angular_frequency is not None
+        ]
+        noise[:, axis] = np.sqrt(np.mean(parts, axis=0))
     before, after = (np.sqrt(e.amplitude_squared) for e in amplitude)
     return OrderSpectrum(amplitude[0].order, before, after, noise)
 

@@ -10,11 +10,11 @@ from functools import cached_property
 import numpy as np
 
 from gsense_fusion.identification.campaign import RunData, Window
-from gsense_fusion.identification.likelihood.bins import USED_BAND, Bins, whiten_alike, window_bins
+from gsense_fusion.identification.likelihood.bins import USED_BAND, Bins, rows_by_axis, window_bins
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
-from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray
+from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray, IntArray
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
 LOWEST_COHERENT_HZ = 5.0
@@ -207,21 +207,27 @@ class LineEnergy:
     """(rad/s)^2."""
 
 
-def line_energy(residual: WindowResidual, frequency_hz: float) -> LineEnergy:
-    """Energy of a sine at any frequency, between bins too.
+def line_energies(residual: WindowResidual, frequencies_hz: FloatArray) -> list[LineEnergy]:
+    """Energy of a sine at each of some frequencies (k,), between bins too.
 
     The local level comes from bins that the drive cannot reach; it is never taken below one: a spectrum that the rest
     records overestimate proves nothing, one that they underestimate must not raise alarms.
     """
-    n, rate = len(residual.window), residual.data.run.rate_hz
-    phase = 2 * np.pi * frequency_hz * np.arange(n) / rate
-    rows = project_out_slow(whiten_alike(np.stack([np.cos(phase), np.sin(phase)]), residual.bins), residual.bins)
-    data = residual.spectrum.reshape(-1, 3)
+    k, n = len(frequencies_hz), len(residual.window)
+    phase = np.outer(frequencies_hz, 2 * np.pi * np.arange(n) / residual.data.run.rate_hz)
+    rows = rows_by_axis(np.concatenate([np.cos(phase), np.sin(phase)]), residual.bins, range(3))
     free = np.flatnonzero(residual.away_from_orders())
-    near = free[np.argsort(np.abs(np.log(residual.frequency[free] / frequency_hz)))[:LEVEL_BINS]]
+    return [_line_energy(residual, rows[:, :, [i, k + i]], free, f) for i, f in enumerate(frequencies_hz.tolist())]
+
+
+def _line_energy(residual: WindowResidual, rows: FloatArray, free: IntArray, frequency_hz: float) -> LineEnergy:
+    """Of the sine whose whitened cosine and sine are `rows` (3, 2 m, 2); `free`: bins that tell the level."""
+    data = residual.spectrum.reshape(-1, 3)
+    middle = int(np.searchsorted(residual.frequency[free], frequency_hz))
+    around = free[max(0, middle - LEVEL_BINS) : middle + LEVEL_BINS]
+    near = around[np.argsort(np.abs(np.log(residual.frequency[around] / frequency_hz)))[:LEVEL_BINS]]
     energy, calibrated, amplitude = np.zeros(3), np.zeros(3), np.zeros(3)
-    for axis in range(3):
-        X = rows[:, axis, :]
+    for axis, X in enumerate(rows):
         if not X.any():
             continue
         beta = np.linalg.solve(X.T @ X, X.T @ data[:, axis])

@@ -21,7 +21,7 @@ from gsense_fusion.identification.verdict.exertion import exertion
 from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
-from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energy
+from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 6
@@ -75,14 +75,13 @@ def order_energy(windows: Sequence[WindowResidual]) -> OrderEnergy:
         w = residual.angular_frequency
         if w is None:
             continue
-        for i, order in enumerate(HALF_ORDERS):
-            f = order * w / (2 * np.pi)
-            if residual.frequency[0] <= f <= residual.frequency[-1]:
-                line = line_energy(residual, f)
-                energy[i] += line.energy
-                calibrated[i] += line.calibrated
-                square[i] += line.amplitude_squared
-                count[i] += 1
+        f = HALF_ORDERS * w / (2 * np.pi)
+        reached = np.flatnonzero((f >= residual.frequency[0]) & (f <= residual.frequency[-1]))
+        for i, line in zip(reached, line_energies(residual, f[reached]), strict=True):
+            energy[i] += line.energy
+            calibrated[i] += line.calibrated
+            square[i] += line.amplitude_squared
+            count[i] += 1
     return OrderEnergy(HALF_ORDERS, energy, calibrated, square / np.maximum(count, 1)[:, None], count)
 
 
