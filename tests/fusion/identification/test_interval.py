@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.effects.friction_pickup import DragPickup, FrictionPickup
 from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.likelihood.model import solve
-from gsense_fusion.identification.search.interval import instant, joint, reach, template_stderr
+from gsense_fusion.identification.search.interval import instant, joint, reach, searched, template_stderr
 
 INSTANT = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0, gaps=True)
 SPEC = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0)
@@ -93,3 +94,20 @@ def test_a_direction_is_kept_while_a_searched_parameter_moves() -> None:
     assert fits[0][0] == pytest.approx(fits[1][0])
     assert solve(Gram(np.diag([1e4, 10.0]), np.array([1e4, 50.0]), 0.0, 9), index, plausible)[2] == 1
     assert solve(Gram(np.diag([1e4, 0.9]), np.array([1e4, 4.5]), 0.0, 9), index, plausible, kept=2)[2] == 1
+
+
+def test_a_shape_that_is_uncertain_makes_the_columns_coefficients_so() -> None:
+    """More drag, less friction: what the drag leaves open is open of the friction too."""
+    names = frozenset({"friction_pickup", "friction_pickup_drag"})
+    best, sigma, slope = 0.8, 0.05, np.array([3e-6, 0.0, -1e-6])
+
+    def evaluate(_names: object, templates: Templates, _start: object = None, **_kept: int) -> Any:
+        off = templates.get("friction_drag") - best
+        return SimpleNamespace(
+            names=names, templates=templates, loglik=-0.5 * (off / sigma) ** 2, rank=3, beta=1e-5 - slope * off
+        )
+
+    likelihood: Any = SimpleNamespace(evaluate=evaluate, effects=(FrictionPickup(), DragPickup()), searched={})
+    errors, added = searched(likelihood, evaluate(names, Templates().set("friction_drag", best)), FrictionPickup())
+    assert errors == pytest.approx([sigma], rel=1e-3)
+    assert np.sqrt(np.diag(added)) == pytest.approx(np.abs(slope) * sigma, rel=0.05)

@@ -9,6 +9,7 @@ from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.types import Owner
 
 DRAG = "friction_drag"
+INERTIA = "friction_inertia"
 
 
 class FrictionPickup(Effect):
@@ -20,16 +21,17 @@ class FrictionPickup(Effect):
     source = "Coulomb friction sets the current of a motor in steady motion"
     parameters = spec("c_x c_y c_z", "rad/s", 1e-3)
     separating_run = "motor_beside_board"
-    fields = (DRAG,)
+    fields = (DRAG, INERTIA)
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs motion along the rail."""
         return lacks_motion(drivers)
 
     def design(self, drivers: Drivers) -> Design:
-        """Direction, and what drag adds to it, on each axis, shape (n, 3, 3)."""
-        speed = drivers.kinematics.velocity
-        return per_axis(mean_direction(drivers.time, speed) + drivers.templates.get(DRAG) * speed)
+        """Direction, and what drag and inertia add to it, on each axis, shape (n, 3, 3)."""
+        moved, values = drivers.kinematics, drivers.templates
+        added = values.get(DRAG) * moved.velocity + values.get(INERTIA) * moved.acceleration
+        return per_axis(mean_direction(drivers.time, moved.velocity) + added)
 
 
 class DragPickup(Shape):
@@ -45,25 +47,17 @@ class DragPickup(Shape):
     templates = (TemplateSpec("drag", "s/m", DRAG, (0.15, 0.5, 1.5), 0.0, 5.0, 0.3, owns_effect=True, default=0.0),)
 
 
-class InertiaPickup(Effect):
-    """The current that accelerates the carriage: it hides in G unless the board is turned, for it does not turn.
+class InertiaPickup(Shape):
+    """The same current accelerates the carriage; as it does not turn, a turned board tells it from G.
 
-    It has to be bought: in one mounting it gains nothing, and would take half of G.
+    In one mounting G has it, and it gains nothing. It acts in the direction of the pick-up itself: what has another one
+    (a tilt with the speed) is an effect of its own.
     """
 
     name = "friction_pickup_inertia"
-    owner = Owner.CHAIN
-    equation = "c' a"
-    source = FrictionPickup.source
-    parameters = spec("inertia_x inertia_y inertia_z", "(rad/s)/(m/s^2)", 3e-4)
-    needs = ("friction_pickup",)
-    part_of = "friction_pickup"
-    bought = True
-
-    def missing(self, drivers: Drivers) -> str | None:
-        """What the pick-up needs."""
-        return lacks_motion(drivers)
-
-    def design(self, drivers: Drivers) -> Design:
-        """Acceleration on each axis, shape (n, 3, 3)."""
-        return per_axis(drivers.kinematics.acceleration)
+    shaped = FrictionPickup
+    equation = "c (sign(v) + inertia a)"
+    source = "mass of the carriage and of the rotor over dry friction: two kilograms over some newtons"
+    templates = (
+        TemplateSpec("inertia", "s^2/m", INERTIA, (0.3, 1.0, 3.0), 0.0, 10.0, 0.5, owns_effect=True, default=0.0),
+    )

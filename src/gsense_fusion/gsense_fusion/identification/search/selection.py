@@ -117,7 +117,7 @@ class Selection:
             rest = names - self.with_dependants(names, n)
             sets.append(rest)
             if not self.effects[n].bought:
-                others = [rest | {other} for other in free if not self.effects[other].bought]
+                others = [rest | {other} for other in free]  # a further term too, of an effect that stays
                 sets += others + [self.with_parts(more) for more in others]
         sets += self._merged(names, mine)
         return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
