@@ -103,6 +103,15 @@ def test_a_ripple_that_grows_with_the_speed_is_found_with_its_pitch_and_size() -
 
 
 @pytest.mark.slow
+def test_half_of_the_runs_with_the_board_turned() -> None:
+    """In the sensor's axes the ripples of the two halves cancel where they are laid over each other."""
+    half = tuple(replace(run, turned=i % 2 == 0) for i, run in enumerate(PLAN))
+    result = analysed(TEETH, base=replace(AT_200_HZ, plan=half))
+    assert names(result) == ["belt_tooth"], result.unexplained
+    assert finding(result, "belt_tooth").parameters["pitch"].value == pytest.approx(5.08e-3, abs=2e-5)
+
+
+@pytest.mark.slow
 def test_without_teeth_in_the_catalogue_it_is_unexplained() -> None:
     toothless = tuple(e for e in CATALOGUE if "belt_tooth" not in (e.name, e.part_of))
     strong = made(Disturbance("teeth", 0.1 * DEG), base=AT_200_HZ)

@@ -15,6 +15,10 @@ from gsense_fusion.identification.types import GRAVITY, FloatArray
 
 SAME_MOUNTING_RAD = 0.14
 """Two runs whose gravity and rail directions differ by less (8 degrees) are one mounting."""
+ROUGH_HEADING_RAD = 0.1
+LEAST_SAMPLES = 100
+FELT = 0.5
+"""Of the carriage's acceleration, in the accelerometer's reading: less is a sensor that does not ride on it."""
 DELAY_ITERATIONS = 4
 OWN_DELAY_STDERR_S = 3e-4
 """Runs whose delay is known better than this say how much the runs scatter."""
@@ -56,6 +60,16 @@ NOMINAL = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 
 
 @dataclass(frozen=True)
+class Heading:
+    """The rail's direction in the sensor's axes, roughly: enough to tell how the board is turned."""
+
+    along: FloatArray
+    """Unit vector, shape (3,)."""
+    stderr: float
+    """Of its angle, rad."""
+
+
+@dataclass(frozen=True)
 class RunGeometry:
     """Accelerometer against encoder in one run."""
 
@@ -64,6 +78,8 @@ class RunGeometry:
     along: FloatArray | None
     """d(specific force)/d(acceleration along the rail), shape (3,); its norm is the accelerometer's scale."""
     delay: Delay | None
+    heading: Heading | None = None
+    """Where the rail's direction is known from a motion that is no steady sine."""
 
 
 @dataclass
@@ -71,7 +87,7 @@ class _Cluster:
     up: list[FloatArray] = field(default_factory=list)
     norm: list[float] = field(default_factory=list)
     along: list[tuple[FloatArray, float]] = field(default_factory=list)
-    members: list[int] = field(default_factory=list)
+    headings: list[Heading] = field(default_factory=list)
 
 
 def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
@@ -86,7 +102,7 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
     if not np.isfinite(force).all():
         return RunGeometry(np.full(3, np.nan), None, None)
     if motion.steady is None or motion.harmonics is None:
-        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None)
+        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None, _heading(time, force, motion))
     inside = (time >= motion.steady.start + 0.1) & (time <= motion.steady.stop - 0.1)
     # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
     steady = motion.harmonics.lowest(3)
@@ -97,13 +113,32 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
         beta = least_squares(X, force[inside])
         mean, slope = beta[0], beta[1]
         size = float(slope @ slope)
-        if size < 0.25:  # the accelerometer does not see the motion: not on this carriage
+        if size < FELT**2:  # the accelerometer does not see the motion: not on this carriage
             return RunGeometry(mean, None, None)
         # f(t - d) = f(t) - d f'(t): the coefficient on the jerk along the rail is -d
         delay -= float(beta[2] @ slope) / size
         noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
         stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2)))
     return RunGeometry(mean, slope, Delay(delay, stderr))
+
+
+def _heading(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> Heading | None:
+    """From the band-limited acceleration of any motion; None where it does not tell the direction.
+
+    What is left of the encoder's noise in the acceleration makes the slope smaller and turns it nowhere.
+    """
+    if motion.moving is None:
+        return None
+    inside = (time >= motion.moving.start) & (time <= motion.moving.stop)
+    if inside.sum() < LEAST_SAMPLES:
+        return None
+    kin = motion.at(time[inside])
+    X = np.column_stack([np.ones(len(kin.acceleration)), kin.acceleration, kin.jerk])
+    beta = least_squares(X, force[inside])
+    size = float(np.linalg.norm(beta[1]))
+    noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
+    stderr = noise / max(size * float(np.sqrt(np.sum(kin.acceleration**2))), 1e-12)
+    return Heading(beta[1] / size, stderr) if size > FELT and stderr < ROUGH_HEADING_RAD else None
 
 
 def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
@@ -150,7 +185,8 @@ def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], lis
     """
     clusters: list[_Cluster] = []
     member: list[int | None] = [None] * len(geometry)
-    order = sorted(range(len(geometry)), key=lambda i: geometry[i].along is None)  # runs that move first
+    # runs that move first, and of these the ones that are known best
+    order = sorted(range(len(geometry)), key=lambda i: (geometry[i].along is None, geometry[i].heading is None))
     for i in order:
         g = geometry[i]
         norm = float(np.linalg.norm(g.mean_force))
@@ -158,34 +194,47 @@ def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], lis
             continue
         up = g.mean_force / norm
         along = None if g.along is None else g.along / np.linalg.norm(g.along)
-        number = next((k for k, c in enumerate(clusters) if _fits(c, up, along)), None)
+        number = next((k for k, c in enumerate(clusters) if _fits(c, up, along, g.heading)), None)
         if number is None:
             clusters.append(_Cluster())
             number = len(clusters) - 1
         cluster = clusters[number]
         cluster.up.append(up)
         cluster.norm.append(norm)
-        cluster.members.append(i)
         if along is not None and g.delay is not None:
             cluster.along.append((along, 1.0 / g.delay.stderr**2))
+        elif g.heading is not None:
+            cluster.headings.append(g.heading)
         member[i] = number
     return [_mounting(c) for c in clusters], member
 
 
-def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None) -> bool:
+def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None, heading: Heading | None) -> bool:
     if _angle(np.mean(cluster.up, axis=0), up) > SAME_MOUNTING_RAD:
         return False
-    if along is None or not cluster.along:
+    known = _along(cluster)
+    if known is None or (along is None and heading is None):
         return True
-    return _angle(np.mean([a for a, _ in cluster.along], axis=0), along) < SAME_MOUNTING_RAD
+    if along is not None:
+        return _angle(known, along) < SAME_MOUNTING_RAD
+    assert heading is not None  # noqa: S101 # for mypy
+    return _angle(known, heading.along) < SAME_MOUNTING_RAD + 3.0 * heading.stderr
+
+
+def _along(cluster: _Cluster) -> FloatArray | None:
+    """The rail's direction in a cluster's runs: of the steady sines where there are any; not of unit length."""
+    if cluster.along:
+        return np.asarray(np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along]))
+    if cluster.headings:
+        weights = [1.0 / h.stderr**2 for h in cluster.headings]
+        return np.asarray(np.average([h.along for h in cluster.headings], axis=0, weights=weights))
+    return None
 
 
 def _mounting(cluster: _Cluster) -> Mounting:
     up = np.mean(cluster.up, axis=0)
-    along = None
-    if cluster.along:
-        along = np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along])
-        along = along / np.linalg.norm(along)
+    along = _along(cluster)
+    along = None if along is None else along / np.linalg.norm(along)
     return Mounting(up / np.linalg.norm(up), along, float(np.mean(cluster.norm)))
 
 

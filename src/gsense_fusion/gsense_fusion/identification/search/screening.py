@@ -66,7 +66,10 @@ def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
         if not any(w.moving for w in data.windows):
             continue
         rate = data.run.angular_rate - predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta)
-        kin = likelihood.source.of(data, fit.templates).kinematics
+        drivers = likelihood.source.of(data, fit.templates)
+        kin = drivers.kinematics
+        turned = None if drivers.mounting is None else drivers.mounting.sensor_from_rail
+        rail = np.eye(3) if turned is None else turned
         for window in data.windows:
             if not window.moving:
                 continue
@@ -74,7 +77,7 @@ def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             spectrum = np.zeros((len(window) // 2 + 1, 3), dtype=complex)
             spectrum[bins.keep] = np.fft.rfft(rate[cut], axis=0)[bins.keep] * bins.weight**2
-            white = np.fft.irfft(spectrum, len(window), axis=0)
+            white = np.fft.irfft(spectrum, len(window), axis=0) @ rail  # a turned board's ripples add to the others'
             cell = np.floor(kin.position[cut] / POSITION_STEP).astype(int) % length
             for axis in range(3):
                 profile[0, :, axis] += np.bincount(cell, white[:, axis], length)

@@ -1,0 +1,48 @@
+"""How the board is turned is read from any motion, not from steady sines alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.motion.mounting import RunGeometry, find_mountings, force_geometry
+
+GRAVITY = 9.81
+COUNT_M = 5e-5
+
+
+def geometry(turned: bool, waves: tuple[tuple[float, float], ...], seed: int, moved: bool = True) -> RunGeometry:
+    """A run of 25 s: rest, a motion of some waves (m, rad/s), rest; the board at an odd angle about the vertical."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 25.0, 0.005)
+    fade = np.clip(np.minimum(time - 2.0, 23.0 - time), 0.0, 2.0) / 2.0
+    fade = fade**3 * (10.0 - 15.0 * fade + 6.0 * fade**2) * moved
+    position = fade * sum(size * np.sin(w * time + i) for i, (size, w) in enumerate(waves))
+    acceleration = np.gradient(np.gradient(position, 0.005), 0.005)
+    angle = 0.3 + np.pi * turned
+    along = np.array([np.cos(angle), -np.sin(angle), 0.0])
+    force = np.array([0.0, 0.0, GRAVITY]) + np.outer(acceleration, along) + rng.normal(0.0, 0.04, (len(time), 3))
+    return force_geometry(time, force, CarriageMotion(time, COUNT_M * np.round(position / COUNT_M)))
+
+
+ODD = ((0.08, 1.1), (0.05, 1.7), (0.02, 4.3))
+SINE = ((0.15, 5.0),)
+
+
+def test_runs_that_are_no_sines_belong_to_the_mounting_that_they_feel() -> None:
+    runs = [geometry(True, ODD, 1), geometry(False, SINE, 2), geometry(True, SINE, 3), geometry(False, ODD, 4)]
+    assert [r.along is None for r in runs] == [True, False, False, True]
+    mountings, member = find_mountings(runs)
+    assert len(mountings) == 2
+    assert member[0] == member[2] != member[1] == member[3]
+
+
+def test_a_session_without_any_sine_has_a_direction() -> None:
+    [mounting], member = find_mountings([geometry(False, ODD, seed) for seed in (5, 6)])
+    assert member == [0, 0]
+    assert mounting.along == pytest.approx([np.cos(0.3), -np.sin(0.3), 0.0], abs=0.01)
+
+
+def test_a_rest_has_no_heading() -> None:
+    assert geometry(False, ODD, 7, moved=False).heading is None
