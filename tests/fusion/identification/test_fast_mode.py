@@ -9,10 +9,10 @@ import pytest
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.identification.campaign import Kinematics
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.fast_mode import mode_fields
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
+from gsense_fusion.identification.motion.harmonics import Kinematics
 
 from .sessions import BASE, analysed, finding, names
 

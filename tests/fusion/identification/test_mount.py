@@ -10,9 +10,9 @@ from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import ChainParameters
 
 from gsense_fusion.compensation import GResonance as Term
-from gsense_fusion.identification.campaign import Kinematics
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode, resonant
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.report.outputs import compensation
 
 from .sessions import BASE, analysed, finding, names
