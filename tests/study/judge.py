@@ -21,6 +21,8 @@ TAKEN_OUT_EVERY = 4
 """One in so many large single effects is analysed again without its entry of the catalogue."""
 KNOWN_G = 3e-5
 """(rad/s)/(m/s^2): entries of G with a smaller standard error are identified."""
+LEAST_REMOVABLE = 0.02
+"""Of the noise's mean square: the errors of G alone are some thousandths of it."""
 AS_SIZED = {"temperature_bias": "c", "supply": "c", "brush_current": "c", "bias_jump": "d"}
 """Parameter of each mechanism that has the catalogue's own form: size times direction."""
 
@@ -46,7 +48,7 @@ class Outcome:
     stated_floor_ratio: float = float("nan")
     """The engine's `noise_floor` over the same."""
     removed: float = float("nan")
-    """Part of the removable mean square that the findings remove."""
+    """Part of the removable mean square that the findings remove, where there is so much that it can be measured."""
     z: dict[str, float] = field(default_factory=dict)
     """(estimate - truth) / stderr of each parameter whose truth is known."""
     without: str = ""
@@ -112,7 +114,7 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
     out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise
     out.peers = {name: _peer(p, truth) for name, p in peers(session, noise).items()}
     removable = result.rate_rms.declared**2 - noise**2
-    if removable > 0:
+    if removable > LEAST_REMOVABLE * noise**2:
         out.removed = 1.0 - (result.rate_rms.full**2 - noise**2) / removable
     out.z = deviations(session, result) if out.exact else {}
     if result.unexplained is not None:

@@ -46,5 +46,5 @@ def measured_rates(session: Session) -> list[Array]:
 
 
 def true_noise(session: Session) -> list[Array]:
-    """The realised noise, rad/s: what a complete model would leave."""
-    return [truth.noise for truth in session.truth]
+    """What a complete model with one bias a session would leave, rad/s: noise, and earth rate in a turned board."""
+    return [truth.noise + truth.drawn + truth.earth for truth in session.truth]

@@ -15,7 +15,8 @@ from rich.console import Console
 from tests.study.cases import Case, make_cases
 from tests.study.judge import Outcome
 from tests.study.peers import peers, same
-from tests.study.reference import held_out_rms, true_noise
+from tests.study.reference import held_out_rms, measured_rates, true_noise
+from tests.study.simulator import Disturbance, PlannedRun, SessionParameters, simulate
 from tests.study.simulator.disturbances import MECHANISMS
 from tests.study.study import _earlier
 from tests.study.table import show, upper_bound
@@ -82,3 +83,16 @@ def test_a_tilt_with_the_speed_is_studied_only_with_the_turned_board() -> None:
     assert {c.label for c in turned} - {c.label for c in sweep} == {"drag_lever"}
     seeds = {(c.label, c.energy): c.seed for c in turned}
     assert all(seeds[c.label, c.energy] == c.seed for c in sweep)
+
+
+@pytest.mark.parametrize("disturbances", [(), (Disturbance("creep", 2e-5), Disturbance("speed_noise", 1e-3))])
+def test_what_a_complete_model_leaves_holds_earth_rate_and_what_is_drawn(disturbances: tuple[Disturbance, ...]) -> None:
+    """Without G the gyro shows nothing else; a model with one bias a session takes neither off."""
+    plan = tuple(
+        PlannedRun(4.0, 12.0, role=role, turned=turned) for role, turned in (("fit", False), ("held_out", True))
+    )
+    session = simulate(SessionParameters(3, plan, disturbances, g_matrix=((0.0,) * 3,) * 3))
+    left = true_noise(session)
+    explained = [rate - noise for rate, noise in zip(measured_rates(session), left, strict=True)]
+    assert held_out_rms(session, explained) < 1e-3 * held_out_rms(session, left)
+    assert held_out_rms(session, left) > 1.02 * held_out_rms(session, [truth.noise for truth in session.truth])

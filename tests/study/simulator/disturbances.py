@@ -217,6 +217,8 @@ NAMED = {
     "drag_lever": "viscous_tilt",
 }
 """The catalogue's name of each mechanism that it has one for."""
+RANDOM = ("speed_noise", "creep")
+"""What is drawn anew in every run: it can be named, and nothing of it taken off."""
 TURNED_ONLY = ("drag_lever",)
 """In one mounting it hides in G: only the turned board shows it."""
 BESIDE = {"motor_pickup": frozenset({"speed_pickup"})}

@@ -37,6 +37,10 @@ class RunTruth:
     """Angular rate as sampled, without noise and quantisation, rad/s, shape (n, 3)."""
     noise: Array
     """Measured minus signal, rad/s, shape (n, 3)."""
+    drawn: Array
+    """What of the signal no model can predict, since it is drawn at random, rad/s, shape (n, 3)."""
+    earth: Array
+    """Earth rate in the sensor's axes, rad/s, shape (3,)."""
     force: Array
     """True specific force as the gyro's filter passes it, m/s^2, shape (n, 3)."""
     travel: Travel
@@ -165,15 +169,7 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
         time, travel, world.temperatures.element_at(time) - 25.0, mounting.apply([1.0, 0.0, 0.0]), world.direction,
         world.length_s, _volts(world, time), _crept(world, time), np.random.default_rng([p.seed, 4, number]),
     )  # fmt: skip
-    for d in p.disturbances:
-        if d.kind in mechanisms.TURNS:
-            angle = mounting.apply(mechanisms.TURNS[d.kind](scene, d.size))
-            rate = rate + np.gradient(angle, 1.0 / RATE_HZ, axis=0)
-            force = force - np.cross(angle, force)
-    rate = rate + world.bias + force @ world.g.T
-    for d in p.disturbances:
-        if d.kind in mechanisms.MECHANISMS:
-            rate = rate + mechanisms.MECHANISMS[d.kind](scene, d.size)
+    force, rate, drawn = _disturbed(world, scene, mounting, (force, rate))
     white = rng.standard_normal((len(time), 3)) * p.noise.white * np.sqrt(RATE_HZ / 2)
     late = clock - world.size("time_offset")
     signal = _at(late, time, _low_pass(rate, c))
@@ -199,8 +195,31 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
         temperature=_thermometer(world, start, run.duration_s, rng) if p.temperature_topic else None,
         link=LinkCounts(int(kept.sum()), int((~kept).sum()), 0, 0, 0, 0),
     )
-    passed = _at(late, time, _low_pass(force, c))
-    return bag, RunTruth(run, clock[kept], signal[kept], (measured - signal)[kept], passed[kept], travel)
+    passed, chance = (_at(late, time, _low_pass(series, c)) for series in (force, drawn))
+    earth = mounting.apply(world.rail.level.inv().apply(world.rail.earth))
+    return bag, RunTruth(
+        run, clock[kept], signal[kept], (measured - signal)[kept], chance[kept], earth, passed[kept], travel
+    )
+
+
+def _disturbed(
+    world: _World, scene: mechanisms.Scene, mounting: Rotation, felt: tuple[Array, Array]
+) -> tuple[Array, Array, Array]:
+    """Force, the rate that the gyro shows of it, and what of that rate is drawn at random."""
+    force, rate = felt
+    for d in world.p.disturbances:
+        if d.kind in mechanisms.TURNS:
+            angle = mounting.apply(mechanisms.TURNS[d.kind](scene, d.size))
+            rate = rate + np.gradient(angle, 1.0 / RATE_HZ, axis=0)
+            force = force - np.cross(angle, force)
+    rate = rate + world.bias + force @ world.g.T
+    drawn = np.zeros_like(rate)
+    for d in world.p.disturbances:
+        if d.kind in mechanisms.MECHANISMS:
+            added = mechanisms.MECHANISMS[d.kind](scene, d.size)
+            rate = rate + added
+            drawn += added * (d.kind in mechanisms.RANDOM)
+    return force, rate, drawn
 
 
 def _at(when: Array, time: Array, series: Array) -> Array:
