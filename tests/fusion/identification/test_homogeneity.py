@@ -15,7 +15,7 @@ from gsense_fusion.identification.likelihood.model import Likelihood
 from gsense_fusion.identification.noise.rest import noise_at_rest
 from gsense_fusion.identification.recording.integrity import clean_runs
 from gsense_fusion.identification.types import Role
-from gsense_fusion.identification.verdict.homogeneity import Homogeneity, homogeneity
+from gsense_fusion.identification.verdict.homogeneity import Homogeneity, Trend, homogeneity
 
 from .sessions import made
 
@@ -45,3 +45,10 @@ def test_a_drag_that_grows_with_the_square_of_the_speed_is_no_pickup() -> None:
     assert found.trend.gain > 20
     assert found.trend.slope > 0.3
     assert not found.holds
+
+
+def test_a_weak_effect_may_have_a_slope_by_chance() -> None:
+    """0.23 with an error of 0.07 and one of 0.01: the second is surely no constant size."""
+    assert Trend(slope=-0.23, gain=(0.23 / 0.07) ** 2).holds
+    assert not Trend(slope=-0.23, gain=(0.23 / 0.01) ** 2).holds
+    assert not Trend(slope=1.0, gain=(1.0 / 0.25) ** 2).holds

@@ -6,13 +6,15 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
-from gsense_fusion.identification.motion.mounting import RunGeometry, find_mountings, force_geometry
+from gsense_fusion.identification.motion.mounting import RunGeometry, common_delay, find_mountings, force_geometry
 
 GRAVITY = 9.81
 COUNT_M = 5e-5
 
 
-def geometry(turned: bool, waves: tuple[tuple[float, float], ...], seed: int, moved: bool = True) -> RunGeometry:
+def geometry(
+    turned: bool, waves: tuple[tuple[float, float], ...], seed: int, moved: bool = True, late_s: float = 0.0
+) -> RunGeometry:
     """A run of 25 s: rest, a motion of some waves (m, rad/s), rest; the board at an odd angle about the vertical."""
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, 25.0, 0.005)
@@ -23,7 +25,7 @@ def geometry(turned: bool, waves: tuple[tuple[float, float], ...], seed: int, mo
     angle = 0.3 + np.pi * turned
     along = np.array([np.cos(angle), -np.sin(angle), 0.0])
     force = np.array([0.0, 0.0, GRAVITY]) + np.outer(acceleration, along) + rng.normal(0.0, 0.04, (len(time), 3))
-    return force_geometry(time, force, CarriageMotion(time, COUNT_M * np.round(position / COUNT_M)))
+    return force_geometry(time + late_s, force, CarriageMotion(time, COUNT_M * np.round(position / COUNT_M)))
 
 
 ODD = ((0.08, 1.1), (0.05, 1.7), (0.02, 4.3))
@@ -46,3 +48,14 @@ def test_a_session_without_any_sine_has_a_direction() -> None:
 
 def test_a_rest_has_no_heading() -> None:
     assert geometry(False, ODD, 7, moved=False).heading is None
+
+
+def test_motions_that_are_no_sines_tell_the_delay() -> None:
+    late = common_delay([geometry(False, ODD, seed, late_s=0.006) for seed in (8, 9)])
+    assert late.value == pytest.approx(0.006, abs=4 * late.stderr)
+    assert late.stderr < 1e-3
+
+
+def test_steady_sines_tell_the_delay_better() -> None:
+    sine = geometry(False, SINE, 10, late_s=0.006)
+    assert common_delay([sine, geometry(False, ODD, 11, late_s=0.004)]) == common_delay([sine])

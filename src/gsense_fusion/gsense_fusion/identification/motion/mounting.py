@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
-from gsense_fusion.identification.motion.harmonics import least_squares
+from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, least_squares
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import GRAVITY, FloatArray
 
@@ -20,6 +20,9 @@ LEAST_SAMPLES = 100
 FELT = 0.5
 """Of the carriage's acceleration, in the accelerometer's reading: less is a sensor that does not ride on it."""
 DELAY_ITERATIONS = 4
+PROBE_S = 2e-3
+CLEAR_ENOUGH = 0.1
+"""Part of a jerk that must be the motion's."""
 OWN_DELAY_STDERR_S = 3e-4
 """Runs whose delay is known better than this say how much the runs scatter."""
 WANDERING_DELAY_S = 2e-3
@@ -61,12 +64,14 @@ NOMINAL = Mounting(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
 
 @dataclass(frozen=True)
 class Heading:
-    """The rail's direction in the sensor's axes, roughly: enough to tell how the board is turned."""
+    """What a motion that is no steady sine tells: the rail's direction in the sensor's axes, roughly, and the delay."""
 
     along: FloatArray
     """Unit vector, shape (3,)."""
     stderr: float
     """Of its angle, rad."""
+    delay: Delay | None
+    """None where the encoder's noise hides it."""
 
 
 @dataclass(frozen=True)
@@ -106,44 +111,89 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
     inside = (time >= motion.steady.start + 0.1) & (time <= motion.steady.stop - 0.1)
     # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
     steady = motion.harmonics.lowest(3)
-    delay, mean, slope, stderr = 0.0, np.zeros(3), np.zeros(3), np.inf
+    felt = _felt(time[inside], force[inside], steady)
+    if felt is None:
+        return RunGeometry(np.asarray(np.mean(force[inside], axis=0)), None, None)
+    return RunGeometry(felt.mean, felt.slope, felt.delay)
+
+
+@dataclass(frozen=True, eq=False)
+class _Felt:
+    """Specific force against a motion: f = mean + slope a(t - delay)."""
+
+    mean: FloatArray
+    slope: FloatArray
+    delay: Delay
+    kinematics: Kinematics
+    noise: float
+    """Standard deviation of what is left, m/s^2."""
+
+
+def _felt(
+    time: FloatArray, force: FloatArray, motion: CarriageMotion | Harmonics, clarity: float = 1.0
+) -> _Felt | None:
+    """The motion is moved until nothing of the force is left on its jerk; None for what is not on this carriage.
+
+    Args:
+        time: Of the samples, s, shape (n,).
+        force: Specific force, m/s^2, shape (n, 3).
+        motion: Of the carriage.
+        clarity: Part of the motion's jerk that is no noise of the encoder.
+
+    """
+    delay = 0.0
     for _ in range(DELAY_ITERATIONS):
-        kin = steady.at(time[inside] - delay)
-        X = np.column_stack([np.ones(int(inside.sum())), kin.acceleration, kin.jerk])
-        beta = least_squares(X, force[inside])
-        mean, slope = beta[0], beta[1]
-        size = float(slope @ slope)
-        if size < FELT**2:  # the accelerometer does not see the motion: not on this carriage
-            return RunGeometry(mean, None, None)
+        kin = motion.at(time - delay)
+        X = np.column_stack([np.ones(len(time)), kin.acceleration, kin.jerk])
+        beta = least_squares(X, force)
+        size = float(beta[1] @ beta[1])
+        if size < FELT**2:
+            return None
         # f(t - d) = f(t) - d f'(t): the coefficient on the jerk along the rail is -d
-        delay -= float(beta[2] @ slope) / size
-        noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
-        stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2)))
-    return RunGeometry(mean, slope, Delay(delay, stderr))
+        delay -= float(beta[2] @ beta[1]) / size / clarity
+    noise = float(np.sqrt(np.mean(np.var(force - X @ beta, axis=0))))
+    stderr = noise / np.sqrt(size * float(np.sum(kin.jerk**2))) / clarity
+    return _Felt(beta[0], beta[1], Delay(delay, stderr), kin, noise)
+
+
+def _clarity(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> float:
+    """Part of the motion's jerk that is no noise of the encoder: how far a known shift shows in the regression."""
+    late = []
+    for shift in (-PROBE_S, PROBE_S):
+        kin = motion.at(time - shift)
+        beta = least_squares(np.column_stack([np.ones(len(time)), kin.acceleration, kin.jerk]), force)
+        late.append(-float(beta[2] @ beta[1]) / max(float(beta[1] @ beta[1]), 1e-12))
+    return (late[0] - late[1]) / (2 * PROBE_S)
 
 
 def _heading(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> Heading | None:
     """From the band-limited acceleration of any motion; None where it does not tell the direction.
 
-    What is left of the encoder's noise in the acceleration makes the slope smaller and turns it nowhere.
+    What is left of the encoder's noise in the acceleration makes the slope smaller and turns it nowhere; in the jerk it
+    makes the steps towards the delay shorter.
     """
     if motion.moving is None:
         return None
     inside = (time >= motion.moving.start) & (time <= motion.moving.stop)
     if inside.sum() < LEAST_SAMPLES:
         return None
-    kin = motion.at(time[inside])
-    X = np.column_stack([np.ones(len(kin.acceleration)), kin.acceleration, kin.jerk])
-    beta = least_squares(X, force[inside])
-    size = float(np.linalg.norm(beta[1]))
-    noise = float(np.sqrt(np.mean(np.var(force[inside] - X @ beta, axis=0))))
-    stderr = noise / max(size * float(np.sqrt(np.sum(kin.acceleration**2))), 1e-12)
-    return Heading(beta[1] / size, stderr) if size > FELT and stderr < ROUGH_HEADING_RAD else None
+    clarity = _clarity(time[inside], force[inside], motion)
+    felt = _felt(time[inside], force[inside], motion, max(clarity, CLEAR_ENOUGH))
+    if felt is None:
+        return None
+    size = float(np.linalg.norm(felt.slope))
+    stderr = felt.noise / max(size * float(np.sqrt(np.sum(felt.kinematics.acceleration**2))), 1e-12)
+    delay = felt.delay if clarity > CLEAR_ENOUGH else None
+    return Heading(felt.slope / size, stderr, delay) if stderr < ROUGH_HEADING_RAD else None
 
 
 def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
-    """Weighted mean of the runs' delays; zero with infinite uncertainty where no run moves."""
+    """Weighted mean of the runs' delays; zero with infinite uncertainty where no run moves.
+
+    Where no run is a steady sine (a drive that jitters), the delay is that of the motions as they are.
+    """
     known = [g.delay for g in geometry if g.delay is not None]
+    known = known or [g.heading.delay for g in geometry if g.heading is not None and g.heading.delay is not None]
     if not known:
         return Delay(0.0, float("inf"))
     weight = np.array([1.0 / d.stderr**2 for d in known])

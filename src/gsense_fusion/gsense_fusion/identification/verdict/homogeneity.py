@@ -17,6 +17,8 @@ UNEQUAL_TEMPLATE = 0.2
 """The same for an effect whose shape is itself searched."""
 TREND_TOLERATED = 0.2
 """By how much an effect's size may change for each e-fold of the speed."""
+BEYOND_ALPHA = 0.05
+"""Chance that the truth is within what is tolerated."""
 
 
 @dataclass(frozen=True)
@@ -30,8 +32,14 @@ class Trend:
 
     @property
     def holds(self) -> bool:
-        """Whether the size stays the same, but for what a filter or a shape that is nearly right makes of it."""
-        return float(chi2.sf(self.gain, 1)) > UNEQUAL_ALPHA or abs(self.slope) < TREND_TOLERATED
+        """Whether the size stays the same, but for what a filter or a shape that is nearly right makes of it.
+
+        A small effect's slope is known badly: one that is just beyond what is tolerated may have a tolerable truth.
+        """
+        if float(chi2.sf(self.gain, 1)) > UNEQUAL_ALPHA or abs(self.slope) < TREND_TOLERATED:
+            return True
+        beyond = 1.0 - TREND_TOLERATED / abs(self.slope)
+        return float(chi2.sf(self.gain * beyond**2, 1)) > BEYOND_ALPHA
 
 
 @dataclass(frozen=True)
