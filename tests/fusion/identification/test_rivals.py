@@ -45,3 +45,15 @@ def test_the_bend_of_a_rail_costs_what_a_refinement_does_and_a_swap_brings_it() 
     assert selection._bought_rank(SimpleNamespace(names=swapped, rank=6)) == 3  # type: ignore[arg-type]
     alone = SimpleNamespace(names=frozenset({"rail_curvature"}), rank=6)
     assert selection._bought_rank(alone) == 0  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("double_gain", "claimed"), [(14.0, False), (40.0, True)])
+def test_one_parameter_pays_for_being_the_best_of_a_whole_catalogue(double_gain: float, claimed: bool) -> None:
+    """By BIC alone, ln(200,000) = 12.2, chance passes a delay once in 2,000 looks, of which a session has dozens."""
+    selection = Selection(SimpleNamespace(effects=REGRESSED, samples=200_000), frozenset())  # type: ignore[arg-type]
+    default = SimpleNamespace(names=frozenset(), rank=3, loglik=0.0, templates={})
+    delayed = SimpleNamespace(
+        names=frozenset({"time_offset"}), rank=3, loglik=double_gain / 2, templates={"offset": 2e-3}
+    )
+    without, within = (selection._scored(f).score for f in (default, delayed))  # type: ignore[arg-type]
+    assert (within > without) == claimed

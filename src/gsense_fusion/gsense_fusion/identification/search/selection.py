@@ -57,6 +57,10 @@ class Selection:
         self.tuning = Tuning(likelihood, lambda names: self.rough(names).fit)
         self.bought: frozenset[str] = frozenset()
         """Further terms that the best model has, of those that have to be bought."""
+        self._looked_at = 2 * float(np.log(max(1, len(self.claimable()))))
+        """Prior odds against each named effect, in twice their logarithm: it is the best of as many as there are
+        (extended criterion of Chen and Chen, Biometrika 95, 2008). An effect of one parameter would else be claimed by
+        chance once in some hundred sessions."""
         self._shapes = {n: shapes for n in self.effects if (shapes := self._shapes_of(n))}
         self._say = progress or (lambda _text: None)
 
@@ -165,8 +169,12 @@ class Selection:
         cheap_columns = self._slow_rank(fit) + self._bought_rank(fit)
         cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)
         order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
-        order += FAMILY_COST * self._alike(fit.names)
+        order += FAMILY_COST * self._alike(fit.names) + self._looked_at * self._undeclared(fit.names)
         return Candidate(fit, 2 * fit.loglik - cost - order)
+
+    def _undeclared(self, names: frozenset[str]) -> int:
+        """Effects of a set beyond the declared ones, without the further terms of others."""
+        return sum(self.effects[n].part_of is None for n in names - self.declared)
 
     def _alike(self, names: frozenset[str]) -> int:
         """Undeclared effects beyond the first of each family."""
