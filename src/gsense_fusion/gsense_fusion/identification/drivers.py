@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from gsense_fusion.identification.campaign import Campaign, RunData
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.design import RailForce
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.recording.integrity import CleanRun
@@ -30,16 +31,16 @@ class DriverSource:
         """Take the campaign whose runs' drivers are wanted, and the gyro's filter where it is known."""
         self._response = response
         n = len(campaign.runs)
-        self._cached = lru_cache(maxsize=2 * n)(self._make)
-        self._moved = lru_cache(maxsize=4 * n)(self._shifted)
-        self._forced = lru_cache(maxsize=4 * n)(self._rail_force)
+        self._cached = kept(2 * n, self._make)
+        self._moved = kept(4 * n, self._shifted)
+        self._forced = kept(4 * n, self._rail_force)
         # what is not shifted is wanted again and again, however many delays are tried
-        self._on_time = lru_cache(maxsize=n)(lambda data: self._shifted(data, 0.0))
-        self._felt_on_time = lru_cache(maxsize=n)(lambda data: self._rail_force(data, 0.0))
+        self._on_time = kept(n, self._shifted)
+        self._felt_on_time = kept(n, self._rail_force)
         self._slope = lru_cache(maxsize=n)(lambda data: first_slope(data.run))
         self._spline = lru_cache(maxsize=n)(_motion_spline)
-        self._rung = lru_cache(maxsize=4 * n)(self._ringing)
-        self._rung_on_time = lru_cache(maxsize=n)(lambda data: self._ringing(data, 0.0))
+        self._rung = kept(4 * n, self._ringing)
+        self._rung_on_time = kept(n, self._ringing)
         self._ringing_spline = lru_cache(maxsize=n)(_ringing_spline)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
@@ -67,13 +68,13 @@ class DriverSource:
         )
 
     def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
-        return self._moved(data, gyro_delay_s) if gyro_delay_s else self._on_time(data)
+        return (self._moved if gyro_delay_s else self._on_time)(data, gyro_delay_s)
 
     def _force(self, data: RunData, gyro_delay_s: float) -> RailForce | None:
-        return self._forced(data, gyro_delay_s) if gyro_delay_s else self._felt_on_time(data)
+        return (self._forced if gyro_delay_s else self._felt_on_time)(data, gyro_delay_s)
 
     def _ringing_of(self, data: RunData, gyro_delay_s: float) -> FloatArray | None:
-        return self._rung(data, gyro_delay_s) if gyro_delay_s else self._rung_on_time(data)
+        return (self._rung if gyro_delay_s else self._rung_on_time)(data, gyro_delay_s)
 
     def _shifted(self, data: RunData, gyro_delay_s: float) -> Kinematics:
         time = data.run.time - data.delay_s

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.recorded import Reading, RecordedEffect, Recording, Seen
+from gsense_fusion.identification.kept import once_for
 from gsense_fusion.identification.recording.curve import Curve
 from gsense_fusion.identification.recording.magnetometer import HIGHEST_ORDER, LAGS_S, PROXIES, FieldFit, Magnetometer
 from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
@@ -64,7 +64,7 @@ def _only(seen: Seen, name: str) -> Seen:
     return Seen({n: r for n, r in seen.readings.items() if n == name}, seen.unnamed, seen.notes, seen.undecided)
 
 
-@lru_cache(maxsize=1)
+@once_for
 def _both(recording: Recording) -> Seen:
     """Position and motor are chosen together: at one speed they look alike."""
     if all(r.magnetic is None for r in recording.clean):

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import cho_factor
 from scipy.linalg.lapack import dpotri, dpotrs
 from scipy.optimize import minimize
 
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
@@ -109,8 +110,8 @@ class SlowNoise:
         self.walk = same * np.minimum(start[:, None], start[None])
         self.sessions = np.stack([blocks.session == s for s in np.unique(blocks.session)], axis=1).astype(float)
         self.white_psd = white_psd
-        self.factor = lru_cache(maxsize=256)(self._factor)
-        self._projected = lru_cache(maxsize=64)(lambda drift: self._without_biases(self.factor(drift)))
+        self.factor = kept(256, self._factor)
+        self._projected = kept(64, self._projection)
 
     def covariance(self, drift: Drift) -> FloatArray:
         """Shape (b, b)."""
@@ -185,6 +186,9 @@ class SlowNoise:
         else:
             factor = cho_factor(self.white + drift.flicker * self.flicker + drift.walk * kernel, lower=True)
         return GridPoint(drift, *self._without_biases(factor))
+
+    def _projection(self, drift: Drift) -> tuple[FloatArray, float]:
+        return self._without_biases(self.factor(drift))
 
     def _without_biases(self, factor: tuple[FloatArray, bool]) -> tuple[FloatArray, float]:
         inverse = _solved(factor, np.eye(len(self.white)))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -11,6 +10,7 @@ from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.types import FloatArray
 
 DELAY = "gyro_delay_s"
@@ -29,7 +29,7 @@ class Designs:
     def __init__(self, source: DriverSource, runs: int) -> None:
         """Take the drivers, and of how many runs the columns of some effects are kept."""
         self._source = source
-        self._kept = lru_cache(maxsize=KEPT_EFFECTS * runs)(self._made)
+        self._kept = kept(KEPT_EFFECTS * runs, self._made)
 
     def of(self, effect: Effect, data: RunData, templates: Templates) -> Mixed:
         """Columns on the run's whole grid; templates: of the effect's own fields."""

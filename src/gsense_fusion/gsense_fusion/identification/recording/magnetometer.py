@@ -10,12 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from gsense_fusion.identification.campaign import Campaign, RunData
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.types import FloatArray, IntArray
 
 HIGHEST_ORDER = 6
@@ -89,7 +89,7 @@ class Magnetometer:
         self.rows = sum(len(r.time) for r in runs)
         self.variance = self._level(still)
         """T^2 of one axis and message, blown up for what neighbours have in common."""
-        self.grams = lru_cache(maxsize=None)(self._grams)
+        self.grams = kept(None, self._grams)
 
     @staticmethod
     def of(campaign: Campaign) -> Magnetometer | None:

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.base import TemplateSpec
+from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.interval import template_stderr
 from gsense_fusion.identification.search.tuning import Tuning
@@ -54,7 +55,7 @@ class Selection:
         self._place = {name: i for i, name in enumerate(self.effects)}
         self._memory: dict[frozenset[str], Candidate] = {}
         self._rough: dict[frozenset[str], Candidate] = {}
-        self.tuning = Tuning(likelihood, lambda names: self.rough(names).fit)
+        self.tuning = Tuning(likelihood, weakly(self._rough_fit))
         self.bought: frozenset[str] = frozenset()
         """Further terms that the best model has, of those that have to be bought."""
         self._looked_at = 2 * float(np.log(max(1, len(self.claimable()))))
@@ -82,6 +83,9 @@ class Selection:
         if names not in self._rough:
             self._rough[names] = self._scored(self.tuning.on_grids(names))
         return self._rough[names]
+
+    def _rough_fit(self, names: frozenset[str]) -> Fit:
+        return self.rough(names).fit
 
     def tried(self) -> list[Candidate]:
         """Every model that was fitted."""

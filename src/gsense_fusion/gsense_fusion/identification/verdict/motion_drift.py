@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
 from gsense_fusion.identification.campaign import Campaign
+from gsense_fusion.identification.kept import once_for
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.slow import WALK_SCALE, Blocks, Drift, GridPoint
 from gsense_fusion.identification.search.alternatives import known_columns, slow_residual
@@ -93,7 +93,7 @@ def _walk_of(likelihood: Likelihood) -> FloatArray:
     return motion_walk(likelihood.blocks, motion_clock(likelihood.campaign, likelihood.blocks.time))
 
 
-@lru_cache(maxsize=2)
+@once_for
 def _hypotheses(likelihood: Likelihood) -> _Hypotheses:
     walk = _walk_of(likelihood)
     run = likelihood.blocks.run
