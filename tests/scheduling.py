@@ -12,7 +12,7 @@ MOST = 4  # processes: each holds simulated sessions of its own, some hundred MB
 REAL_TIME = (
     "tests/docs/test_tutorial.py",
     "tests/driver/test_board",
-    "tests/driver/test_bridge_node.py",
+    "tests/driver/test_bridge_",
     "tests/firmware/test_faults.py",
     "tests/firmware/test_host_board.py",
     "tests/fusion/test_fusion_node.py",

@@ -1,8 +1,4 @@
-"""Malformed inputs by number: what is written, which command gets it, and what must hold of its answer.
-
-An answer is a valid result (exit 0), or exit 2 with one line on stderr that begins with the command's name. Nothing
-half-written may be left, and no case may take longer than `LONGEST` or more than `MEMORY`.
-"""
+"""Malformed inputs by number: what is written, and which command gets it."""
 
 from __future__ import annotations
 
@@ -12,32 +8,21 @@ import json
 import os
 import random
 import shutil
-import signal
-import subprocess
-import sys
-import warnings
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rosbags.rosbag2 import StoragePlugin
 from tests.fusion.bag_data import rail_bag as short_bag
 from tests.fusion.comparison import reports
+from tests.malformed.answers import Verdict, answer, in_its_own, in_this_process
 from tests.malformed.corruption import TEXTS, spoil_bytes, spoil_document, spoil_text, spoil_yaml
 from tests.malformed.wrong_bags import KINDS, write_wrong
 
-from gsense_fusion import calibrate, close_loop, replay
-from gsense_fusion.compensation import CompensationError, load_compensation
 from gsense_fusion.report.document import report_json
 from gsense_rig import simulate
-from gsense_rig.campaign.plan import PlanError, load_plan
 
 HERE = Path(__file__).resolve().parent
-LONGEST = 240
-"""s: of a case on a loaded machine."""
-LINE = 1500
-"""Characters of an error line."""
 PLAN = """runs:
   - {shape: static, duration: 2.0, position: 0.0, mounting: "0", role: fit}
   - {shape: sine, amplitude: 0.05, angular_frequency: 8.0, duration: 1.0, mounting: "180", role: held_out}
@@ -60,18 +45,6 @@ accelerometer: {matrix: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], bia
 magnetometer: {hard_iron: [0.0, 0.0, 0.0], soft_iron: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], unit: T}
 """
 EFFECTS = "from gsense_fusion.identification.effects.base import Effect\n\n\nclass Mine(Effect):\n    name = 'mine'\n"
-
-
-@dataclass
-class Verdict:
-    """How a case was answered."""
-
-    number: int
-    what: str
-    command: list[str]
-    code: int | None = None
-    line: str = ""
-    faults: list[str] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -245,121 +218,7 @@ def run_case(number: int, seed: int, material: Material, folder: Path, *, as_pro
         maker = draw.choices([m for m, _ in MAKERS], [share for _, share in MAKERS])[0]
         what, command = maker(material, folder, draw)
         verdict = Verdict(number, what, command)
-        answer(verdict, folder / "out", _as_process if as_process else _call)
+        answer(verdict, folder / "out", in_its_own if as_process else in_this_process)
         return verdict
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-
-
-def answer(verdict: Verdict, out: Path, call: Callable[[list[str], Path], int]) -> None:
-    """Run the command and note what is wrong with its answer."""
-    before = _listing(out)
-    stdout, stderr = io.StringIO(), io.StringIO()
-    try:
-        with (
-            contextlib.redirect_stdout(stdout),
-            contextlib.redirect_stderr(stderr),
-            warnings.catch_warnings(),
-            _alarm(LONGEST),
-        ):
-            warnings.simplefilter("ignore")
-            verdict.code = call(verdict.command, out)
-    except TimeoutError:
-        verdict.faults.append(f"took more than {LONGEST} s")
-    except BaseException as error:  # whatever comes is the fault that is looked for
-        if isinstance(error, KeyboardInterrupt):
-            raise
-        verdict.faults.append(f"raised {type(error).__name__}: {str(error)[:300]}")
-    lines = stderr.getvalue().splitlines()
-    verdict.line = lines[0] if lines else ""
-    if not verdict.faults:
-        _judge(verdict, lines, out, before)
-
-
-def _judge(verdict: Verdict, lines: list[str], out: Path, before: set[str]) -> None:
-    name = {"many": "close_loop"}.get(verdict.command[0], verdict.command[0])
-    allowed = (0, 1, 2) if verdict.command[0] == "many" else (0, 2)
-    if verdict.code not in allowed:
-        verdict.faults.append(f"exit {verdict.code}")
-    if verdict.code == 2:
-        if len(lines) != 1 or not verdict.line.startswith(f"{name}: ") or len(verdict.line) > LINE:
-            verdict.faults.append(f"not one line: {len(lines)} lines, {len(verdict.line)} characters")
-        if "broke down" in verdict.line:
-            verdict.faults.append("the analysis broke down")
-        new = _listing(out) - before - {".lock"}
-        if new and verdict.command[0] != "simulate":
-            verdict.faults.append(f"left behind: {sorted(new)[:4]}")
-    left = [p for p in _listing(out) if Path(p).name.startswith(".") and Path(p).name != ".lock"]
-    if left:
-        verdict.faults.append(f"temporary files: {left[:4]}")
-    for document in ("report.json", "calibration.json", "accuracy.json", "summary.json", "compare.json"):
-        if verdict.code in (0, 1) and (out / document).is_file():
-            _strict_json(out / document, verdict)
-
-
-def _strict_json(path: Path, verdict: Verdict) -> None:
-    def refuse(name: str) -> Any:
-        raise ValueError(name)
-
-    try:
-        json.loads(path.read_text(encoding="utf-8"), parse_constant=refuse)
-    except ValueError as error:
-        verdict.faults.append(f"{path.name} is not JSON: {error}")
-
-
-def _listing(folder: Path) -> set[str]:
-    return {str(p.relative_to(folder)) for p in folder.rglob("*")} if folder.is_dir() else set()
-
-
-def _as_process(command: list[str], out: Path) -> int:
-    """The command as a user calls it."""
-    name, *arguments = command
-    if name == "load_compensation":
-        return _call(command, out)
-    module = (
-        "gsense_rig.simulate" if name == "simulate" else f"gsense_fusion.{'close_loop' if name == 'many' else name}"
-    )
-    options = ["--manifest", *arguments] if name == "many" else arguments
-    done = subprocess.run(
-        [sys.executable, "-m", module, *options, "--out", str(out)],
-        capture_output=True,
-        check=False,
-        timeout=LONGEST,
-        text=True,
-        errors="replace",
-    )
-    sys.stderr.write(done.stderr)
-    return done.returncode
-
-
-def _call(command: list[str], out: Path) -> int:
-    name, *arguments = command
-    if name == "load_compensation":  # what the nodes fusion and watch do before they start
-        try:
-            load_compensation(arguments[0])
-        except CompensationError as error:
-            sys.stderr.write(f"load_compensation: {error}\n")
-            return 2
-        return 0
-    if name == "simulate" and not out.exists():
-        with contextlib.suppress(PlanError):
-            load_plan(arguments[0])
-            return 0  # a plan that is sound is not worth its simulation
-    if name == "many":
-        return close_loop.main(["--manifest", arguments[0], "--out", str(out), "--jobs", "1"])
-    mains = {"close_loop": close_loop, "calibrate": calibrate, "replay": replay, "simulate": simulate}
-    return mains[name].main([*arguments, "--out", str(out)])
-
-
-@contextlib.contextmanager
-def _alarm(seconds: int) -> Iterator[None]:
-    def ring(_number: int, _frame: object) -> None:
-        raise TimeoutError
-
-    before = signal.signal(signal.SIGALRM, ring)
-    signal.alarm(seconds)
-    try:
-        yield
-    finally:
-        signal.alarm(0)
-        signal.signal(signal.SIGALRM, before)

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 from tests.malformed import workers
-from tests.malformed.cases import MAKERS, Material, Verdict, answer, run_case
+from tests.malformed.answers import Verdict, answer
+from tests.malformed.cases import MAKERS, Material, run_case
 
 from gsense_fusion.yaml_text import parse_yaml as parse_fusion
 from gsense_rig.yaml_text import parse_yaml as parse_rig

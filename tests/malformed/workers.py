@@ -11,7 +11,8 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any
 
-from tests.malformed.cases import Material, Verdict, run_case
+from tests.malformed.answers import Verdict
+from tests.malformed.cases import Material, run_case
 
 SLICE = 25
 """Cases that a worker takes before the next one is forked: what a case leaves in memory does not pile up."""

@@ -25,7 +25,8 @@ sys.path[:0] = [str(ROOT), *(str(ROOT / "src" / name) for name in ("gsense_drive
 os.environ["PYTHONPATH"] = os.pathsep.join([*sys.path[:4], os.environ.get("PYTHONPATH", "")])
 
 from rich.progress import track  # noqa: E402
-from tests.malformed.cases import Material, Verdict, run_case  # noqa: E402
+from tests.malformed.answers import Verdict  # noqa: E402
+from tests.malformed.cases import Material, run_case  # noqa: E402
 from tests.malformed.workers import run_cases  # noqa: E402
 
 MEMORY = 8 << 30

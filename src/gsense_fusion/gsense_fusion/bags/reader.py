@@ -24,6 +24,7 @@ from .run import (
     ScalarSeries,
 )
 from .storage import BagError, RawTopic, open_storage
+from .table import Table, attitude, reported
 from .topics import find_names, imus_beside
 
 _NO_AXIS_VARIANCE = 1e6
@@ -97,24 +98,6 @@ def _beside(path: Path, topic: str, imu: ImuSeries) -> ImuSeries | None:
 
 
 @dataclass
-class _Table:
-    """A topic's columns in order of their stamps."""
-
-    stamp_ns: NDArray[np.int64]
-    received_ns: NDArray[np.int64]
-    columns: cdr.Columns
-    frame_id: str = ""
-
-    def take(self, rows: NDArray[np.intp]) -> _Table:
-        """The given rows, in the given order."""
-        columns = {key: value[rows] for key, value in self.columns.items()}
-        return _Table(self.stamp_ns[rows], self.received_ns[rows], columns, self.frame_id)
-
-    def column(self, name: str) -> NDArray[np.float64]:
-        return self.columns.get(name, np.full(len(self.stamp_ns), np.nan))
-
-
-@dataclass
 class _Loader:
     path: Path
     raw: dict[str, RawTopic]
@@ -127,8 +110,8 @@ class _Loader:
         if table is None:
             raise BagError(f"{self.path}: {name} has no messages; was the sensor on when this was recorded?")
         table = self._finite(name, table)
-        rate = _reported(table, "angular_velocity")
-        force = _reported(table, "linear_acceleration")
+        rate = reported(table, "angular_velocity")
+        force = reported(table, "linear_acceleration")
         absent = np.diagonal(table.column("angular_velocity_covariance").reshape(-1, 3, 3), axis1=1, axis2=2)
         axes = [bool(np.any(absent[:, i] < _NO_AXIS_VARIANCE)) for i in range(3)]
         return ImuSeries(
@@ -140,7 +123,7 @@ class _Loader:
             table.frame_id,
             tuple(table.column("angular_velocity_covariance")[0].tolist()),
             tuple(table.column("linear_acceleration_covariance")[0].tolist()),
-            _attitude(table),
+            attitude(table),
         )
 
     def pose(self, name: str | None, imu: ImuSeries) -> PoseSeries | None:
@@ -180,11 +163,11 @@ class _Loader:
         if table is None:
             return None
         if "orientation_covariance" in table.columns:
-            attitude = _attitude(table)
-            if attitude is None:
+            orientation = attitude(table)
+            if orientation is None:
                 raise BagError(f"{self.path}: {name} reports no orientation, so it is no reference")
-            known = np.isfinite(attitude).all(axis=1)
-            return ReferencePose(table.stamp_ns[known], np.full((int(known.sum()), 3), np.nan), attitude[known])
+            known = np.isfinite(orientation).all(axis=1)
+            return ReferencePose(table.stamp_ns[known], np.full((int(known.sum()), 3), np.nan), orientation[known])
         orientation = table.column("orientation")[:, [3, 0, 1, 2]]  # ROS x, y, z, w -> w, x, y, z
         norm = np.linalg.norm(orientation, axis=1, keepdims=True)
         return ReferencePose(table.stamp_ns, table.column("position"), orientation / np.where(norm > 0, norm, np.nan))
@@ -216,7 +199,7 @@ class _Loader:
         if self.part is not None:
             self.notes.append(self.part.note)
 
-    def _table(self, name: str | None) -> _Table | None:
+    def _table(self, name: str | None) -> Table | None:
         """Decoded topic, sorted by stamp; None where it is absent or has no messages."""
         table = self._decoded(name)
         if table is None or name is None:
@@ -232,7 +215,7 @@ class _Loader:
             table = table.take(np.argsort(table.received_ns, kind="stable"))
         return self._in_order(name, table)
 
-    def _decoded(self, name: str | None) -> _Table | None:
+    def _decoded(self, name: str | None) -> Table | None:
         """Decoded topic in order of the file."""
         topic = self.raw.get(name) if name else None
         if topic is None or not topic.payloads:
@@ -242,9 +225,9 @@ class _Loader:
         except ValueError as error:
             raise BagError(f"{self.path}: {name}: {error}; the recording is damaged") from error
         received = np.array(topic.received_ns, dtype=np.int64)
-        return _Table(decoded.stamp_ns, received, decoded.columns, decoded.frame_id)
+        return Table(decoded.stamp_ns, received, decoded.columns, decoded.frame_id)
 
-    def _in_order(self, name: str, table: _Table) -> _Table:
+    def _in_order(self, name: str, table: Table) -> Table:
         stamp, keep = table.stamp_ns, np.ones(len(table.stamp_ns), dtype=bool)
         unset = stamp == 0
         if unset.all():
@@ -276,7 +259,7 @@ class _Loader:
                 f"{name}: {gaps.missing} samples are missing in {gaps.count} gaps, the longest of {gaps.longest:.3f} s"
             )
 
-    def _finite(self, name: str, table: _Table) -> _Table:
+    def _finite(self, name: str, table: Table) -> Table:
         """Without the samples that are not numbers in a field that they report."""
         good = np.ones(len(table.stamp_ns), dtype=bool)
         for quantity in ("angular_velocity", "linear_acceleration"):
@@ -289,7 +272,7 @@ class _Loader:
         self.notes.append(f"{name}: {int(np.sum(~good))} samples that are not numbers dropped")
         return table.take(np.flatnonzero(good))
 
-    def _same_time(self, name: str | None, table: _Table | None, imu: ImuSeries) -> _Table | None:
+    def _same_time(self, name: str | None, table: Table | None, imu: ImuSeries) -> Table | None:
         """The table, or None with a note where it shares no time with the IMU (another clock)."""
         if table is None:
             return None
@@ -297,25 +280,6 @@ class _Loader:
             self.notes.append(f"{name}: not used, its stamps share no time with the sensor's (another clock?)")
             return None
         return table
-
-
-def _reported(table: _Table, name: str) -> NDArray[np.float64]:
-    values = table.column(name)
-    absent = table.column(f"{name}_covariance")[:, 0] == -1.0
-    return np.where(absent[:, None], np.nan, values) if absent.any() else values
-
-
-def _attitude(table: _Table) -> NDArray[np.float64] | None:
-    """The sensor's own attitude, w first; None where it is never reported."""
-    absent = table.column("orientation_covariance")[:, 0] == -1.0
-    if absent.all():
-        return None
-    turn = table.column("orientation")[:, [3, 0, 1, 2]]
-    norm = np.linalg.norm(turn, axis=1, keepdims=True)
-    known = ~absent[:, None] & (norm > 0)
-    if not known.any():
-        return None
-    return np.where(known, turn / np.where(norm > 0, norm, 1.0), np.nan)
 
 
 def _link_counts(messages: list[Any]) -> LinkCounts:
