@@ -14,9 +14,10 @@ from scipy.stats import chi2, norm
 from scipy.stats import f as fisher
 
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.alternatives import beside, slow_residual, step_places, steps
+from gsense_fusion.identification.search.alternatives import beside, slow_residual
 from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
+from gsense_fusion.identification.verdict.courses import courses
 from gsense_fusion.identification.verdict.exertion import exertion
 from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
@@ -35,7 +36,7 @@ class Symptom:
     """Something that the complete model does not explain."""
 
     kind: str
-    """orders, kicks, lines, band, intensity, step or drift."""
+    """orders, kicks, lines, band, intensity, course or drift."""
     axes: tuple[str, ...]
     p_value: float
     rate_rms: float
@@ -101,7 +102,7 @@ def find_symptoms(
         found += _lines(moving, still, alpha)
         found += _bands(moving, still, alpha)
     found += _intensity(likelihood, fit, alpha, level)
-    found += _steps(likelihood, fit, alpha)
+    found += _courses(likelihood, fit, alpha)
     found += _drift(likelihood, fit, alpha)
     return sorted(found, key=lambda s: s.p_value)
 
@@ -241,13 +242,12 @@ def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> 
     return [Symptom("intensity", _names(chi2.sf(ratio, 1) < 0.01), p, rms, (), text)]
 
 
-def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
-    """A step of the bias: does one make the session likelier although drift is free to take it up instead?"""
-    blocks = likelihood.blocks
-    columns = steps(blocks)
-    if not columns.shape[1]:
+def _courses(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
+    """A step or a course of the bias: does one make the session likelier although drift is free to take it up?"""
+    tried = courses(likelihood)
+    if not tried.words:
         return []
-    found = beside(likelihood, fit, columns)
+    found = beside(likelihood, fit, tried.columns)
     best = int(np.argmax(found.gains))
     gain = float(found.gains[best])
     if found.hopeless(gain, len(likelihood.slow), alpha):
@@ -255,12 +255,10 @@ def _steps(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     p = found.p_value(gain)
     if p > alpha:
         return []
-    _, size = _sizes(likelihood, fit, columns[:, best])
-    axis = int(np.argmax(np.abs(size)))
-    place = step_places(blocks)[best]
-    text = f"the bias steps at {blocks.time[place] - blocks.duration[place] / 2:.0f} s, most on {AXES[axis]}"
-    axes = _names(np.abs(size) > 0.3 * np.abs(size).max())
-    return [Symptom("step", axes, p, float(np.linalg.norm(size)), (), text)]
+    _, slope = _sizes(likelihood, fit, tried.columns[:, best])
+    size = np.abs(slope) * float(np.std(tried.columns[:, best]))
+    text = f"{tried.words[best]}, most on {AXES[int(np.argmax(size))]}"
+    return [Symptom("course", _names(size > 0.3 * size.max()), p, float(np.linalg.norm(size)), (), text)]
 
 
 def _drift(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:

@@ -8,8 +8,9 @@ import numpy as np
 
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.alternatives import p_beside
+from gsense_fusion.identification.search.alternatives import JUMP, p_beside
 from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, template_sound
+from gsense_fusion.identification.verdict.courses import rather_gradual
 from gsense_fusion.identification.verdict.left_out import survives
 from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
 from gsense_fusion.identification.verdict.refinement import of_its_own
@@ -50,8 +51,8 @@ def refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None
     effect = selection.effects[name]
     if selection.gain(best, name)[0] < RIVAL_LOGLIK:
         return "hardly improves the fit: no claim"
-    if not effect.dynamic and (p := _by_chance(selection, best, name)) > SLOW_ALPHA:
-        return f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim"
+    if not effect.dynamic and (slow := _slow_refusal(selection, best, name)) is not None:
+        return slow
     if _only_felt(selection, best, name):
         return "rests on the accelerometer alone and is not clear enough there: no claim"
     if not all(template_sound(selection.likelihood, best, t) for t in effect.templates if not t.optional):
@@ -68,10 +69,15 @@ def rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bo
     return p_beside(selection.likelihood, rest, name, 0.0, free_motion=True) > SLOW_ALPHA
 
 
-def _by_chance(selection: Selection, best: Fit, name: str) -> float:
-    """Chance that drift alone makes some slow effect gain as much as this one does beside the others."""
+def _slow_refusal(selection: Selection, best: Fit, name: str) -> str | None:
+    """Why drift alone, or for a step something gradual, may be what an effect of the block means explains."""
     rest = fit_without(selection, best, name)
-    return p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
+    p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
+    if p > SLOW_ALPHA:
+        return f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim"
+    if name == JUMP and (course := rather_gradual(selection.likelihood, rest)) is not None:
+        return f"explains less than a gradual change ({course}): no claim"
+    return None
 
 
 def _only_felt(selection: Selection, best: Fit, name: str) -> bool:
