@@ -6,16 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.study.judge import analyse
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import ChainParameters
 
 from gsense_fusion.compensation import GResonance as Term
+from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode, resonant
 from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.report.outputs import compensation
 
-from .sessions import BASE, analysed, finding, names
+from .sessions import BASE, LATE, SETTINGS, analysed, finding, made, names
 
 
 @pytest.mark.slow
@@ -28,6 +30,14 @@ def test_two_modes_are_one_finding_and_nothing_is_left() -> None:
     assert modes == pytest.approx([3.1, 11.0], rel=0.05)
     assert len([t for t in compensation(result).terms if isinstance(t, Term)]) == 2
     assert result.rate_rms.full < 1.06 * result.rate_rms.noise_floor
+
+
+@pytest.mark.slow
+def test_a_delay_is_no_mount_that_sways() -> None:
+    """One that is damped so much that it does not ring would pass for it, were there no `time_offset`."""
+    without = replace(SETTINGS, catalogue=tuple(e for e in CATALOGUE if e.name != "time_offset"))
+    result = analyse(made(LATE), without)
+    assert (result.verdict, names(result)) == ("unexplained", [])
 
 
 def test_a_vibration_is_answered_as_the_motion_is() -> None:

@@ -18,6 +18,9 @@ from gsense_fusion.identification.effects.base import (
 from gsense_fusion.identification.effects.design import Design, Mixed
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner
 
+MOST_DAMPED = 0.5
+"""A mode that is damped more hardly rings; what follows late and does not ring is a delay."""
+
 
 class GResonance(Effect):
     """c times the acceleration through a second-order resonance (f0, damping); its static part is in G."""
@@ -31,7 +34,7 @@ class GResonance(Effect):
         TemplateSpec(
             "f0", "Hz", "resonance_hz", (2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0), 1.5, 45.0, 5.0, default=10.0
         ),
-        TemplateSpec("damping", "1", "resonance_damping", (0.03, 0.1, 0.3), 0.005, 0.9, 0.05, default=0.1),
+        TemplateSpec("damping", "1", "resonance_damping", (0.03, 0.1, 0.3), 0.005, MOST_DAMPED, 0.05, default=0.1),
     )
     separating_run = "board_turned_180"
     family = "fast"
@@ -96,7 +99,7 @@ class SecondMode(Effect):
     )
     templates = (
         TemplateSpec("f2", "Hz", "resonance2_hz", (3.5, 6.0, 10.0, 15.0, 24.0), 1.5, 45.0, 5.0, default=20.0),
-        TemplateSpec("damping2", "1", "resonance2_damping", (0.05, 0.2), 0.005, 0.9, 0.05, default=0.1),
+        TemplateSpec("damping2", "1", "resonance2_damping", (0.05, 0.2), 0.005, MOST_DAMPED, 0.05, default=0.1),
     )
     needs = ("g_resonance",)
     part_of = "g_resonance"

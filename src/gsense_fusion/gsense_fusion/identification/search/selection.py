@@ -19,6 +19,8 @@ MAX_EFFECTS = 4
 RIVAL_LOGLIK = 10.0
 """Effects within this of twice the log-likelihood cannot be told apart."""
 SOUND_SIGMA = 2.6
+END_PART = 0.01
+"""A searched parameter this near to the end of its range is at it: a search between bounds stops short of them."""
 CLOSE = 40.0
 """Candidates whose searched parameters stand on the grid are refined where their score is within this of the best."""
 MAX_REFINED = 3
@@ -259,8 +261,8 @@ def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> 
     A local optimum is no finding.
     """
     value = fit.templates.get(template.field, template.default)
-    margin = 0.01 * (template.upper - template.lower) if template.owns_effect else 0.01 * template.lower
-    inside = template.lower + margin < value < template.upper - margin
     if not template.owns_effect:
-        return inside
+        return (1 + END_PART) * template.lower < value < (1 - END_PART) * template.upper
+    margin = END_PART * (template.upper - template.lower)
+    inside = template.lower + margin < value < template.upper - margin
     return inside and abs(value) > SOUND_SIGMA * template_stderr(likelihood, fit, template)
