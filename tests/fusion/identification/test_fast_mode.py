@@ -6,15 +6,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lsim
+from tests.study.judge import analyse
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
+from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.fast_mode import mode_fields
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
 from gsense_fusion.identification.motion.harmonics import Kinematics
 
-from .sessions import BASE, analysed, finding, names
+from .sessions import BASE, SETTINGS, analysed, changed, finding, made, names
 
 TIME = np.arange(0.0, 20.0, 0.005)
 MIDDLE = slice(1000, 3000)
@@ -58,3 +61,24 @@ def test_a_large_one_is_one_finding_with_its_rivals(kind: str) -> None:
     assert (result.verdict, names(result)) == ("effects_found", ["belt_tilt"]), result.unexplained
     assert "jerk_coupling" in finding(result, "belt_tilt").alternatives
     assert finding(result, "belt_tilt").separating_run == "board_turned_180"
+
+
+@pytest.mark.slow
+def test_soft_bearings_and_a_mount_are_rivals() -> None:
+    """A carriage on bearings of 15 Hz and a board that rocks on its mount look alike in one mounting."""
+
+    def soft(run: Run, role: str) -> tuple[Run, str]:
+        imu = run.imu
+        t = (imu.stamp_ns - imu.stamp_ns[0]) * 1e-9
+        felt = imu.specific_force[:, 0] - imu.specific_force[0, 0]
+        w, grid = 2 * np.pi * 15.0, np.arange(0.0, t[-1], 1e-3)
+        _, rate, _ = lsim(([w * w, 0.0], [1.0, 0.3 * w, w * w]), np.interp(grid, t, felt), grid)
+        turn = np.outer(np.interp(t, grid, rate), [2e-6, 8e-6, 4e-6])
+        return replace(run, imu=replace(imu, angular_rate=imu.angular_rate + turn)), role
+
+    base = replace(BASE, seed=5, chain=ChainParameters(rate_hz=100.0))
+    result = analyse(changed(made(base=base), soft), SETTINGS)
+    assert result.verdict == "effects_found", result.unexplained
+    [found] = result.findings
+    assert {found.effect, *found.alternatives} == {"belt_tilt", "jerk_coupling", "g_resonance"}
+    assert found.separating_run == "board_turned_180"

@@ -17,8 +17,12 @@ def _selection(fits: dict[str, tuple[float, float]]) -> tuple[Selection, Any]:
     """A search that is over: twice the log-likelihood and the score of each effect alone."""
     effects = [e for e in REGRESSED if e.name in NAMES]
     made = Selection(SimpleNamespace(effects=effects), frozenset())  # type: ignore[arg-type]
-    fit = {n: SimpleNamespace(names=frozenset({n}), best_loglik=double / 2) for n, (double, _) in fits.items()}
-    made._memory = {frozenset({n}): Candidate(fit[n], score) for n, (_, score) in fits.items()}  # type: ignore[arg-type]
+    likely = {"": (0.0, 0.0), **fits}
+    fit = {
+        n: SimpleNamespace(names=frozenset({n} - {""}), rank=0, loglik=double / 2, best_loglik=double / 2)
+        for n, (double, _) in likely.items()
+    }
+    made._memory = {fit[n].names: Candidate(fit[n], score) for n, (_, score) in likely.items()}  # type: ignore[arg-type]
     return made, fit
 
 

@@ -23,6 +23,8 @@ END_PART = 0.01
 """A searched parameter this near to the end of its range is at it: a search between bounds stops short of them."""
 CLOSE = 40.0
 """Candidates whose searched parameters stand on the grid are refined where their score is within this of the best."""
+OFF_GRID = 0.1
+"""Part of a large effect's gain that a rival may lack where its searched parameters stand on the grid."""
 MAX_REFINED = 3
 ORDER_WEIGHT = 0.01
 """Of likelihoods that are equal to this the commoner effect (the catalogue's order) is taken."""
@@ -233,6 +235,7 @@ class Selection:
         out = []
         score = self.candidate(best.names).score
         rest = best.names - self.with_dependants(best.names, name)
+        gain = self.gain(best, name)[0]
         for other in self.claimable():
             swapped = self.with_parts(rest | {other})
             if other in best.names or not self.allowed(swapped):
@@ -240,12 +243,12 @@ class Selection:
             if not self.effects[name].dynamic and self.effects[other].dynamic and not self.effects[other].slow:
                 continue  # it moves no block means: it cannot stand for what only these show
             shaped = [swapped | self._shapes[other]] if other in self._shapes else []
-            if any(self._as_good(names, best, score) for names in (swapped, *shaped)):
+            if any(self._as_good(names, best, score, gain) for names in (swapped, *shaped)):
                 out.append(other)
         return out
 
-    def _as_good(self, names: frozenset[str], best: Fit, score: float) -> bool:
-        if self._behind(best, score, self.rough(names)) > RIVAL_LOGLIK + CLOSE:
+    def _as_good(self, names: frozenset[str], best: Fit, score: float, gain: float) -> bool:
+        if self._behind(best, score, self.rough(names)) > RIVAL_LOGLIK + max(CLOSE, OFF_GRID * gain):
             return False
         return self._behind(best, score, self.candidate(names)) < RIVAL_LOGLIK
 
