@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import signal
 import sys
@@ -14,6 +15,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
@@ -257,6 +259,8 @@ def make_executor() -> Any:
 
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
+    given = remove_ros_args(sys.argv if args is None else args)[1:]
+    argparse.ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]").parse_args(given)
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -269,9 +273,8 @@ def main(args: list[str] | None = None) -> int:
             return 2
         executor = make_executor()
         executor.add_node(node)
-        while (
-            rclpy.ok() and not ended.is_set()
-        ):  # not spin(): that of 7.1's EventsExecutor runs no callback and is deaf to signals
+        while rclpy.ok() and not ended.is_set():
+            # not spin(): that of 7.1's EventsExecutor runs no callback and is deaf to signals
             executor.spin_once(timeout_sec=0.2)
     except ExternalShutdownException:
         pass

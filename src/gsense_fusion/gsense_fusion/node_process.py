@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import gc
 import signal
 import sys
@@ -14,6 +15,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 
 
 def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
@@ -25,8 +27,10 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
         unusable: what it raises where parameters or files cannot be used, beside rclpy's own.
 
     Returns:
-        0, or 2 with one line on stderr for parameters or files that cannot be used.
+        0, or 2 with what is wrong on stderr for arguments, parameters or files that cannot be used.
     """
+    usage = f"{name} [--ros-args -p NAME:=VALUE ...]"
+    argparse.ArgumentParser(name, usage).parse_args(remove_ros_args(sys.argv)[1:])
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
 import threading
 import time
@@ -18,6 +19,7 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
@@ -200,6 +202,8 @@ class RigNode(Node):
 
 def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
+    usage = "rig [--ros-args -p NAME:=VALUE ...]"
+    argparse.ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

@@ -7,6 +7,7 @@ has started are stopped first. Exit 2 where the address cannot be served on.
 
 from __future__ import annotations
 
+import argparse
 import asyncio
 import logging
 import sys
@@ -14,6 +15,7 @@ import threading
 
 import rclpy
 from rclpy.signals import SignalHandlerOptions
+from rclpy.utilities import remove_ros_args
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
@@ -32,6 +34,8 @@ END_PATIENCE = 8.0  # s for motions to come to rest
 
 def main() -> int:
     """Runs until a signal."""
+    usage = "dashboard [--ros-args -p port:=8077 -p folder:=DIR ...]"
+    argparse.ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

@@ -46,6 +46,8 @@ def read_columns(bag: Path, sensor: str, store: Typestore) -> RunColumns:
         f"{sensor}/imu/data_raw": lambda m: (*_xyz(m.angular_velocity), *_xyz(m.linear_acceleration)),
     }
     rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in takers}
+    if not bag.exists():
+        raise RunError(f"{bag}: no such bag")
     try:
         with AnyReader([bag], default_typestore=store) as reader:
             wanted = {c.id: name for c in reader.connections for name in takers if c.topic.endswith(f"/{name}")}
