@@ -258,6 +258,12 @@ class Selection:
         return min(2 * (best.best_loglik - other.fit.best_loglik), score - other.score)
 
 
+def sound(selection: Selection, fit: Fit, name: str) -> bool:
+    """Whether what an effect's columns are searched by is no local optimum."""
+    own = (t for t in selection.effects[name].templates if not t.optional)
+    return all(template_sound(selection.likelihood, fit, t) for t in own)
+
+
 def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
     """Whether a searched parameter is inside its range and, where the effect exists by it alone, significant.
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.selection import Selection
+from gsense_fusion.identification.search.selection import Selection, sound
 from gsense_fusion.identification.verdict.homogeneity import homogeneity
 from gsense_fusion.identification.verdict.models import claimed_fit
 from gsense_fusion.identification.verdict.sizes import axes_of, size_in_motion
@@ -23,12 +23,17 @@ def unequal_among(selection: Selection, fit: Fit, names: Sequence[str]) -> list[
 def companions(
     selection: Selection, names: Sequence[str], refinements: Sequence[str], demoted: Sequence[str]
 ) -> list[str]:
-    """Claims that are of one size only beside a demoted one: together they imitated what is in neither."""
+    """Claims that hold only beside a demoted one: together they imitated what is in neither.
+
+    Without it they are of another size in every run, or their searched parameters run to the end of their range.
+    """
     out: list[str] = []
     new = list(demoted)
     while new:
         left = [n for n in names if n not in demoted and n not in out]
-        new = unequal_among(selection, claimed_fit(selection, [*left, *refinements]), left)
+        rest = claimed_fit(selection, [*left, *refinements])
+        new = unequal_among(selection, rest, left)
+        new += [n for n in left if n not in new and not sound(selection, rest, n)]
         out += new
     return out
 

@@ -9,7 +9,7 @@ import numpy as np
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.search.alternatives import JUMP, p_beside
-from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, template_sound
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, sound
 from gsense_fusion.identification.verdict.courses import rather_gradual
 from gsense_fusion.identification.verdict.left_out import survives
 from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
@@ -55,7 +55,7 @@ def refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None
         return slow
     if _only_felt(selection, best, name):
         return "rests on the accelerometer alone and is not clear enough there: no claim"
-    if not all(template_sound(selection.likelihood, best, t) for t in effect.templates if not t.optional):
+    if not sound(selection, best, name):
         return "is only a local optimum: its parameter is not significant or at the end of its range"
     if rounded is not None and _is_rounding(selection, best, name, rounded):
         return "is as small as the gyro's rounding makes it: no claim"
