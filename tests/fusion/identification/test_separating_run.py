@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from gsense_fusion.identification.catalogue import CATALOGUE
-from gsense_fusion.identification.outcome.findings import _separating_run
+from gsense_fusion.identification.outcome.findings import separating_run
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.report.outputs import SEPARATING_RUNS, next_plan
 from gsense_rig.campaign.plan import parse_plan
@@ -26,20 +26,20 @@ def _session(*mountings: tuple[tuple[float, float, float], tuple[float, float, f
 
 def test_a_board_that_was_turned_need_not_be_turned_again() -> None:
     once, turned = _session((ONCE, LEVEL)), _session((ONCE, LEVEL), (TURNED, LEVEL))
-    assert _separating_run(once, "belt_tilt", ["jerk_coupling"]) == "board_turned_180"
-    assert _separating_run(turned, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
-    assert _separating_run(turned, "belt_tilt", []) is None
+    assert separating_run(once, "belt_tilt", ["jerk_coupling"]) == "board_turned_180"
+    assert separating_run(turned, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
+    assert separating_run(turned, "belt_tilt", []) is None
     quarter, side = (_session((ONCE, LEVEL), (TURNED, LEVEL), m) for m in ((QUARTER, LEVEL), (ONCE, ON_ITS_SIDE)))
-    assert _separating_run(quarter, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
-    assert _separating_run(side, "belt_tilt", ["jerk_coupling"]) is None
+    assert separating_run(quarter, "belt_tilt", ["jerk_coupling"]) == "board_turned_90"
+    assert separating_run(side, "belt_tilt", ["jerk_coupling"]) is None
 
 
 def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
     once, turned = _session((ONCE, LEVEL)), _session((ONCE, LEVEL), (TURNED, LEVEL))
-    assert _separating_run(once, "time_offset", ["jerk_coupling"]) == "board_turned_90"
-    assert _separating_run(turned, "jerk_coupling", ["time_offset"]) == "board_turned_90"
-    assert _separating_run(once, "time_offset", ["jerk_coupling", "belt_tilt"]) == "board_turned_180"
-    assert _separating_run(_session((ONCE, LEVEL), (QUARTER, LEVEL)), "time_offset", ["jerk_coupling"]) is None
+    assert separating_run(once, "time_offset", ["jerk_coupling"]) == "board_turned_90"
+    assert separating_run(turned, "jerk_coupling", ["time_offset"]) == "board_turned_90"
+    assert separating_run(once, "time_offset", ["jerk_coupling", "belt_tilt"]) == "board_turned_180"
+    assert separating_run(_session((ONCE, LEVEL), (QUARTER, LEVEL)), "time_offset", ["jerk_coupling"]) is None
 
 
 def test_the_board_is_laid_on_its_side_where_the_rig_may_turn() -> None:
@@ -53,6 +53,6 @@ def test_the_board_is_laid_on_its_side_where_the_rig_may_turn() -> None:
     assert mountings("time_offset", "jerk_coupling") == {"0", "90"}
 
 
-def test_every_separating_run_is_a_plan_that_the_rig_can_run() -> None:
+def test_everyseparating_run_is_a_plan_that_the_rig_can_run() -> None:
     for name, runs in SEPARATING_RUNS.items():
         assert len(parse_plan(yaml.safe_dump({"runs": runs}), name).runs) == len(runs)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, spec
@@ -18,6 +20,7 @@ class ViscousTilt(TrueTurn):
     parameters = spec("c_x c_y c_z", "rad/(m/s)", 3e-4)
     rarity = 10.0
     family = "fast"
+    separates = MappingProxyType({"g_sensitivity": "board_turned_180"})
 
     def angle(self, drivers: Drivers) -> FloatArray:
         """The velocity."""

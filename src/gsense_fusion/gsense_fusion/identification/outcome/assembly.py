@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -25,9 +25,10 @@ from gsense_fusion.identification.motion.mounting import NOMINAL
 from gsense_fusion.identification.outcome import plotdata
 from gsense_fusion.identification.outcome.curves import fitted_curves
 from gsense_fusion.identification.outcome.findings import all_findings
+from gsense_fusion.identification.outcome.hidden import open_effects
 from gsense_fusion.identification.outcome.parameters import declared_parameters, g_matrix, newest_bias, rail_direction
 from gsense_fusion.identification.outcome.precision import covariances, encoder_delay, not_found, rest_noise
-from gsense_fusion.identification.result import LoopResult, Plots, Ranked, RunSummary, Unexplained
+from gsense_fusion.identification.result import Covariance, LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import AXES
 from gsense_fusion.identification.verdict.motion_drift import too_little_rest
@@ -69,7 +70,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         bias=newest_bias(a, full),
         g_matrix=g_matrix(a),
         temperature_reference=TEMPERATURE_REFERENCE,
-        undecided=_undecided(a),
+        undecided=_undecided(a, spreads),
         notes=tuple(n for n in a.notes if UNDECIDED not in n)
         + a.claims.notes
         + tuple(felt_notes(a))
@@ -124,8 +125,9 @@ def _unnamed(a: Analysis) -> list[Symptom]:
     return [Symptom("recording", x.axes, x.p_value, 0.0, (), x.symptom) for x in a.seen.unnamed]
 
 
-def _undecided(a: Analysis) -> tuple[str, ...]:
+def _undecided(a: Analysis, spreads: Mapping[str, Covariance]) -> tuple[str, ...]:
     out = [n for n in a.notes if UNDECIDED in n]
+    out += open_effects(a, spreads)
     mounts = {r.mounting_number for r in a.campaign.runs if r.motion is not None and r.mounting_number is not None}
     if len(mounts) == 1:
         out.append(

@@ -47,7 +47,7 @@ def all_findings(a: Analysis) -> tuple[Finding, ...]:
                 rate_rms_before=band_rms(a.folds, before, band),
                 rate_rms_after=band_rms(a.folds, name, band),
                 alternatives=tuple(alternatives),
-                separating_run=_separating_run(a, name, alternatives),
+                separating_run=separating_run(a, name, alternatives),
                 equation=effect.equation,
                 source=effect.source,
             )
@@ -105,7 +105,7 @@ def _noise_findings(a: Analysis, last: str) -> list[Finding]:
     return out
 
 
-def _separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
+def separating_run(a: Analysis, name: str, alternatives: Sequence[str]) -> str | None:
     """The run that tells an effect from its rivals, as the pair, it or one of them knows it; none that is there.
 
     A board turned by 180 degrees changes the sign of all that turns with the sensor, and of a tilt about a level axis:

@@ -14,7 +14,7 @@ from gsense_fusion.identification.verdict.noise_effects import explain_noise, wi
 from gsense_fusion.identification.verdict.residual import residuals
 from gsense_fusion.identification.verdict.sufficiency import Symptom
 from gsense_fusion.identification.verdict.unequal import companions, unequal_among, unequal_symptom
-from gsense_fusion.identification.verdict.vetoes import refines, refused, removed_part, rests_on_motion
+from gsense_fusion.identification.verdict.vetoes import Refusal, refines, refused, removed_part, rests_on_motion
 
 IN_MOTION = frozenset({"orders", "kicks", "unequal", "lines", "band", "intensity"})
 """Kinds of symptoms that only motion shows."""
@@ -38,6 +38,8 @@ class Claims:
     notes: tuple[str, ...]
     noise: Mapping[str, Explanation] = field(default_factory=dict)
     """Claimed effects that change the noise, by name."""
+    undecided: Mapping[str, str] = field(default_factory=dict)
+    """Effects that may be there and are no claim, with the reason."""
 
 
 def judge(
@@ -45,7 +47,9 @@ def judge(
 ) -> Claims:
     """Apply the vetoes to the best model and test what is left; `rounded`: what the step of the output does."""
     likelihood = selection.likelihood
-    names, refinements, notes = _vetted(selection, best, rounded)
+    names, refinements, refusals = _vetted(selection, best, rounded)
+    notes = [f"{n} {r.reason}" for n, r in refusals.items() if not r.undecided]
+    undecided = {n: r.reason for n, r in refusals.items() if r.undecided}
     tested = claimed_fit(selection, names + refinements)
     left = residuals(likelihood, tested, likelihood.campaign.fit)
     symptoms, explained = explain_noise(likelihood, tested, left, statistical)
@@ -65,25 +69,28 @@ def judge(
         symptoms += drifts
     full = claimed_fit(selection, names)
     nearest = tuple(demoted) + tuple(n for n in _nearest(selection, full) if n not in demoted) if symptoms else ()
-    return Claims(full, _ladder(selection, names), tuple(names), tuple(symptoms), nearest, tuple(notes), explained)
+    ladder = _ladder(selection, names)
+    return Claims(full, ladder, tuple(names), tuple(symptoms), nearest, tuple(notes), explained, undecided)
 
 
-def _vetted(selection: Selection, best: Fit, rounded: Rounding | None) -> tuple[list[str], list[str], list[str]]:
+def _vetted(
+    selection: Selection, best: Fit, rounded: Rounding | None
+) -> tuple[list[str], list[str], dict[str, Refusal]]:
     """Effects of the best model that pass the vetoes, strongest first; what refines a shape; and what was refused."""
-    notes: list[str] = []
+    refusals: dict[str, Refusal] = {}
     terms = frozenset(n for n, e in selection.effects.items() if e.part_of is not None)
     found = sorted(best.names - selection.declared - terms, key=lambda n: -selection.gain(best, n)[0])
     names: list[str] = []
     refinements: list[str] = []
     for name in found:
         if (whose := refines(selection, best, found, name)) is not None:
-            notes.append(f"{name} improves the fit by under {whose}: a refinement of shape, not a claim")
+            refusals[name] = Refusal(f"improves the fit by under {whose}: a refinement of shape, not a claim")
             refinements.append(name)
-        elif (reason := refused(selection, best, name, rounded)) is not None:
-            notes.append(f"{name} {reason}")
+        elif (refusal := refused(selection, best, name, rounded)) is not None:
+            refusals[name] = refusal
         else:
             names.append(name)
-    return names, refinements, notes
+    return names, refinements, refusals
 
 
 def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,6 +21,8 @@ from gsense_fusion.identification.verdict.sufficiency import FAMILIES, FAMILY_AL
 
 SLOW_ALPHA = FAMILY_ALPHA / FAMILIES
 """Of what block means alone show: the chance that drift makes any of the slow alternatives gain as much."""
+OPEN_ALPHA = 0.01
+"""The same up to which such an effect is no claim, but undecided rather than absent."""
 FELT_CLAIM_GAIN = 40.0
 """Least gain in twice the log-likelihood of what the accelerometer alone shows (a tilt with the speed, which hides in
 G for the gyro)."""
@@ -46,13 +49,30 @@ def refines(selection: Selection, best: Fit, found: Sequence[str], name: str) ->
     return None
 
 
-def refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> str | None:
+@dataclass(frozen=True)
+class Refusal:
+    """Why an effect of the best model is no claim."""
+
+    reason: str
+    undecided: bool = False
+    """Whether it may well be there."""
+
+
+def refused(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> Refusal | None:
     """Why an effect of the best model is no claim; None where it is one."""
+    if not selection.effects[name].dynamic and selection.gain(best, name)[0] >= RIVAL_LOGLIK:
+        slow = _slow_refusal(selection, best, name)
+        if slow is not None:
+            return slow
+    reason = _weak(selection, best, name, rounded)
+    return None if reason is None else Refusal(reason)
+
+
+def _weak(selection: Selection, best: Fit, name: str, rounded: Rounding | None) -> str | None:
+    """What is wrong with a claim, whatever drift may do."""
     effect = selection.effects[name]
     if selection.gain(best, name)[0] < RIVAL_LOGLIK:
         return "hardly improves the fit: no claim"
-    if not effect.dynamic and (slow := _slow_refusal(selection, best, name)) is not None:
-        return slow
     if _only_felt(selection, best, name):
         return "rests on the accelerometer alone and is not clear enough there: no claim"
     if not sound(selection, best, name):
@@ -69,14 +89,16 @@ def rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bo
     return p_beside(selection.likelihood, rest, name, 0.0, free_motion=True) > SLOW_ALPHA
 
 
-def _slow_refusal(selection: Selection, best: Fit, name: str) -> str | None:
+def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     """Why drift alone, or for a step something gradual, may be what an effect of the block means explains."""
     rest = fit_without(selection, best, name)
     p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
-    if p > SLOW_ALPHA:
-        return f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim"
+    if p > OPEN_ALPHA:
+        return Refusal(f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
     if name == JUMP and (course := rather_gradual(selection.likelihood, rest)) is not None:
-        return f"explains less than a gradual change ({course}): no claim"
+        return Refusal(f"explains less than a gradual change ({course}): no claim")
+    if p > SLOW_ALPHA:
+        return Refusal(f"drift alone gains as much in {100 * p:.2g} % of sessions", undecided=True)
     return None
 
 
