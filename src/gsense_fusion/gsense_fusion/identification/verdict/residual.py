@@ -99,7 +99,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
             cut = slice(window.start, window.stop)
             rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), bins)
             result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
-            if window.moving and force is not None and feels:
+            if force is not None and feels:
                 extra = _beyond_the_drive(result, data.run.specific_force - force, model)
                 result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
                 felt.append((len(out), extra))
@@ -159,11 +159,15 @@ def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, e
 def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]) -> list[WindowResidual]:
     """Residuals without what is coherent with vibration that the accelerometer feels or, above the band, the model.
 
-    In each narrow band the residual of all windows together is regressed on the felt specific force: a linear response
-    to vibration (a coupling, a lever, whatever the sensor's filter makes of it) is neither a tone nor foreign noise.
+    In each narrow band the residual of all windows in motion together is regressed on the felt specific force: a linear
+    response to vibration (a coupling, a lever, whatever the sensor's filter makes of it) is neither a tone nor foreign
+    noise. Where there are bins enough, each mounting has a response of its own: what the rig makes of a vibration does
+    not turn with the board. The same is taken off the windows at rest, which motion is compared with: the
+    accelerometer's own noise comes in with it.
     """
-    if not windows:
-        return []
+    mountings = list(dict.fromkeys(w.data.mounting_number for w in windows if w.window.moving))
+    if not mountings:
+        return list(windows)
     spectra = [w.spectrum[0] + 1j * w.spectrum[1] for w in windows]
     top = max(float(w.frequency[-1]) for w in windows)
     edges = [LOWEST_COHERENT_HZ]
@@ -171,28 +175,46 @@ def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]
         edges.append(max(edges[-1] * 1.04, edges[-1] + 0.4))
     for low, high in itertools.pairwise(edges):
         places = [np.flatnonzero((w.frequency >= low) & (w.frequency < high) & w.away_from_orders()) for w in windows]
+        moving = np.repeat([w.window.moving for w in windows], [len(i) for i in places])
+        enough = int(moving.sum()) >= MIN_COHERENT_BINS * len(mountings)
         for axis in range(3):
             y = np.concatenate([s[i, axis] for s, i in zip(spectra, places, strict=True)])
-            if len(y) < MIN_COHERENT_BINS or not y.any():
+            if int(moving.sum()) < MIN_COHERENT_BINS or not y[moving].any():
                 continue
-            X = np.concatenate(
-                [
-                    np.column_stack([e.felt[i], e.model[i, axis]]) * w.bins.weight[i, axis, None]
-                    for e, w, i in zip(extras, windows, places, strict=True)
-                ]
-            )
-            X = X[:, np.abs(X).max(axis=0) > 0]
-            if not X.shape[1]:
-                continue
-            beta, *_ = np.linalg.lstsq(X, y, rcond=1e-8)
-            explained = X @ beta
-            # no more than noise explains by chance is left as it is, but for the degrees that the regression took
-            rest = (y - explained) * np.sqrt(len(y) / (len(y) - X.shape[1]))
+            parts = zip(windows, extras, places, strict=True)
+            X = np.concatenate([_regressors(w, e, i, axis, mountings if enough else [None]) for w, e, i in parts])
+            rest = _unexplained(X, y, moving)
             first = 0
             for s, i in zip(spectra, places, strict=True):
                 s[i, axis] = rest[first : first + len(i)]
                 first += len(i)
     return [replace(w, spectrum=np.stack([s.real, s.imag])) for w, s in zip(windows, spectra, strict=True)]
+
+
+def _regressors(
+    residual: WindowResidual, extra: _Extra, places: IntArray, axis: int, mountings: Sequence[int | None]
+) -> ComplexArray:
+    """Whitened columns of some bins: the felt force in each mounting (None: in all), and the model, shape (k, c)."""
+    own = [extra.felt[places] * (m in (None, residual.data.mounting_number)) for m in mountings]
+    columns = np.column_stack([*own, extra.model[places, axis]])
+    return np.asarray(columns * residual.bins.weight[places, axis, None])
+
+
+def _unexplained(X: ComplexArray, y: ComplexArray, moving: BoolArray) -> ComplexArray:
+    """What a regression of the bins in motion leaves of all bins (k,), its expectation as that of the noise.
+
+    What noise explains by chance is made up for: by the degrees that the regression took, and at rest by the error of
+    its coefficients.
+    """
+    X = X[:, np.abs(X[moving]).max(axis=0) > 0]
+    if not X.shape[1]:
+        return y
+    inverse = np.linalg.pinv(X[moving], rcond=1e-8)
+    rest = y - X @ (inverse @ y[moving])
+    count = int(moving.sum())
+    rest[moving] *= np.sqrt(count / (count - X.shape[1]))
+    rest[~moving] /= np.sqrt(1.0 + np.sum(np.abs(X[~moving] @ inverse) ** 2, axis=1))
+    return np.asarray(rest)
 
 
 @dataclass(frozen=True)
