@@ -257,6 +257,17 @@ def test_a_flat_top_is_clipping_at_any_level() -> None:
         assert not clipped(np.rint(rate / step * 1e3) * step / 1e3, force, (0, 1, 2))
 
 
+def test_an_axis_that_stands_still_while_the_others_do_not_is_beyond_its_range() -> None:
+    rate = 1e-3 * np.random.default_rng(4).standard_normal((4000, 3)) + np.array([0.05, 0.0, -0.01])
+    force = np.tile([0.0, 0.0, 9.81], (4000, 1))
+    (found,) = clipped(np.rint(np.clip(rate, -0.03, 0.03) / 2.5e-4) * 2.5e-4, force, (0, 1, 2))
+    assert (found.effect, found.axis, found.samples) == ("gyro_clipping", 0, 4000)
+    assert found.level == pytest.approx(0.03)
+    coarse = np.rint(rate / 0.05) * 0.05  # all of them stand still
+    coarse[:, 1] = 0.05 * np.rint(4.0 * np.sin(np.linspace(0, 100, 4000)))  # a signal crosses steps, noise does not
+    assert not clipped(coarse, force, (0, 1, 2))
+
+
 def test_a_resonance_far_above_the_drive_is_the_acceleration_itself() -> None:
     t = np.arange(0, 20, 0.005)
     a = np.sin(2 * np.pi * t) * np.hanning(len(t))

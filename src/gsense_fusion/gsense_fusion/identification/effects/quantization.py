@@ -35,7 +35,7 @@ class Quantization(RecordedEffect):
     def look(self, recording: Recording) -> Seen:
         """Share of the rounding in the variance, by axis."""
         found = rounding(recording)
-        if found is None or not found.coarse.any():
+        if found is None or not found.coarse[_alive(recording)].any():  # what never moves is no word on the step
             return Seen()
         share, worst = found.share, int(np.argmax(found.share))
         axes = tuple(x for i, x in enumerate(AXES) if found.coarse[i])
@@ -88,12 +88,18 @@ def rounding(recording: Recording) -> Rounding | None:
     if sum(map(len, pieces)) < MIN_SAMPLES:
         return None
     step = np.array([max((r.steps[i] for r in recording.clean), default=0.0) for i in range(3)])
-    for i in (i for i in recording.campaign.axes if all(np.ptp(r.angular_rate[:, i]) == 0.0 for r in recording.clean)):
+    for i in set(recording.campaign.axes).difference(_alive(recording)):
         step[i] = step.max()  # a signal that never left its value shows no lattice; the other axes' converter is alike
     sigma = [noise_before_rounding([p[:, i] / step[i] for p in pieces]) if step[i] > 0 else np.inf for i in range(3)]
     share = np.array([1.0 / (1.0 + 12.0 * s**2) for s in sigma])
     rest = np.concatenate([p - np.sort(p, axis=0)[len(p) // 2] for p in pieces])
     return Rounding(step, share, rest)
+
+
+def _alive(recording: Recording) -> list[int]:
+    """Axes that have more than one value in some run."""
+    axes = recording.campaign.axes
+    return [i for i in axes if any(np.ptp(r.angular_rate[:, i]) > 0.0 for r in recording.clean)]
 
 
 def at_rest(recording: Recording) -> list[FloatArray]:

@@ -204,7 +204,10 @@ def _smooth(series: ScalarSeries | None, epoch_ns: int, time: FloatArray) -> Flo
 
 
 def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple[Clipped, ...]:
-    """Axes whose extreme value is a full scale and is reached again and again, or is a flat top at any level."""
+    """Axes whose extreme value is a full scale and is reached again and again, or is a flat top at any level.
+
+    An axis of the gyro that stands still while noise moves the others lies beyond its range with its bias alone.
+    """
     looks = [("gyro_clipping", i, rate[:, i], np.radians(FULL_SCALES_DEG_S), "rad/s") for i in axes]
     looks += [("accel_clipping", i, force[:, i], GRAVITY * np.array(FULL_SCALES_G), "m/s^2") for i in range(3)]
     out = []
@@ -216,10 +219,19 @@ def clipped(rate: FloatArray, force: FloatArray, axes: tuple[int, ...]) -> tuple
         if samples >= MIN_CLIPPED and np.any(np.abs(peak / scales - 1.0) < 0.01):
             out.append(Clipped(effect, axis, peak, samples, unit))
             continue
+        stuck = effect == "gyro_clipping" and peak > 0.0 and np.ptp(series) == 0.0
+        if stuck and _restless(rate[:, [i for i in axes if i != axis]]):
+            out.append(Clipped(effect, axis, peak, len(series), unit))
+            continue
         flat = [(abs(float(s.max())), n) for s in (series, -series) if (n := _flat_top(s))]
         if flat:
             out.append(Clipped(effect, axis, max(x for x, _ in flat), sum(n for _, n in flat), unit))
     return tuple(out)
+
+
+def _restless(others: FloatArray) -> bool:
+    """Whether noise moves another axis (n, k) at most samples: a step so fine holds no axis at one value."""
+    return len(others) >= MIN_FLAT and bool(np.any(np.mean(np.diff(others, axis=0) != 0.0, axis=0) > 0.5))
 
 
 def _flat_top(series: FloatArray) -> int:
