@@ -13,6 +13,7 @@ from gsense_fusion.identification.errors.metrics import band_rms
 from gsense_fusion.identification.outcome.parameters import effect_parameters
 from gsense_fusion.identification.result import Finding
 from gsense_fusion.identification.types import AXES, FloatArray, Owner, Parameter
+from gsense_fusion.identification.verdict.force_delay import delay_is_a_rival
 
 AXIS_SIGMA = 2.576
 SLOW_BAND_HZ = 0.1
@@ -37,6 +38,8 @@ def all_findings(a: Analysis) -> tuple[Finding, ...]:
         band = _own_band(a, effect)
         parameters = effect_parameters(a.likelihood, full, effect)
         alternatives = a.selection.alternatives(full, name)
+        if delay_is_a_rival(a.likelihood, full, name) and "time_offset" not in alternatives:
+            alternatives.append("time_offset")
         out.append(
             Finding(
                 effect=name,

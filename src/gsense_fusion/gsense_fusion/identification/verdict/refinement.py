@@ -13,6 +13,7 @@ from gsense_fusion.identification.effects.base import parts_of
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
 from gsense_fusion.identification.types import FloatArray, IntArray, Owner
+from gsense_fusion.identification.verdict.force_delay import force_delay
 
 OWN_ALPHA = 1e-4
 OWN_PART = 0.2
@@ -51,26 +52,12 @@ def _delays_the_force(selection: Selection, best: Fit) -> bool:
     if not shown <= selection.effects.keys() or shown <= best.names or "g_sensitivity" not in best.names:
         return False
     fit = selection.rough((best.names - selection.with_dependants(best.names, "time_offset")) | shown).fit
-    columns = selection.likelihood.columns
-    index = columns.index(shown)
-    along = _along(selection.likelihood)
-    if along is None or len(index) != 3:
+    found = force_delay(selection.likelihood, fit, "jerk_coupling")
+    if found is None:
         return False
-    g = fit.beta[columns.index(frozenset({"g_sensitivity"}))].reshape(3, 3) @ along
-    unit = columns.plausible[index]
-    weight = np.linalg.inv(fit.covariance[np.ix_(index, index)] / (unit[:, None] * unit)) / (unit[:, None] * unit)
-    information = float(g @ weight @ g)
-    delay = -float(g @ weight @ fit.beta[index]) / information
     whole = best.templates.gyro_delay_s
-    agrees = abs(delay - whole) < DELAY_AGREES * abs(whole) + 3.0 / np.sqrt(information)
-    return agrees and float(chi2.sf(delay**2 * information, 1)) < OWN_ALPHA
-
-
-def _along(likelihood: Likelihood) -> FloatArray | None:
-    """The rail's direction in the sensor's axes, its largest component positive as the odd effects take it, (3,)."""
-    known = [r.mounting.along for r in likelihood.campaign.fit if r.mounting is not None]
-    along = next((a for a in known if a is not None), None)
-    return None if along is None else np.asarray(along * np.sign(along[int(np.argmax(np.abs(along)))]))
+    agrees = abs(found.value - whole) < DELAY_AGREES * abs(whole) + 3.0 / np.sqrt(found.information)
+    return agrees and float(chi2.sf(found.value**2 * found.information, 1)) < OWN_ALPHA
 
 
 def _directions(likelihood: Likelihood, fit: Fit, name: str) -> FloatArray:
