@@ -259,9 +259,11 @@ class Selection:
 
 
 def sound(selection: Selection, fit: Fit, name: str) -> bool:
-    """Whether what an effect's columns are searched by is no local optimum."""
-    own = (t for t in selection.effects[name].templates if not t.optional)
-    return all(template_sound(selection.likelihood, fit, t) for t in own)
+    """Whether what an effect's columns are searched by is no local optimum; of two modes one is enough."""
+    further = (e for e in selection.effects.values() if e.part_of == name and e.name in fit.names)
+    modes = [selection.effects[name], *(e for e in further if e.parameters and e.templates)]
+    known = ([t for t in mode.templates if not t.optional] for mode in modes)
+    return any(all(template_sound(selection.likelihood, fit, t) for t in own) for own in known)
 
 
 def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
