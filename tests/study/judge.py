@@ -42,8 +42,7 @@ class Outcome:
     exact: bool = False
     within_rivals: bool = False
     wrong: bool = False
-    """Wrong and confident: `effects_found` though neither the named effects nor their rivals are the true ones, and
-    what is missing is not said to be undecided."""
+    """Wrong and confident: `effects_found` though neither the named effects nor their rivals are the true ones."""
     floor_ratio: float = float("nan")
     """Held-out `full` over the root mean square of the realised noise."""
     stated_floor_ratio: float = float("nan")
@@ -109,8 +108,7 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
     else:
         out.exact = confident and frozenset(n for n, _ in named) == truth
         out.within_rivals = confident and _reachable(named, truth, case.beside)
-        decided = frozenset(n for n in truth if not any(line.startswith(f"{n} ") for line in result.undecided))
-        out.wrong = confident and not (out.within_rivals or _reachable(named, decided, case.beside))
+        out.wrong = confident and not out.within_rivals
     noise = held_out_rms(session, true_noise(session))
     out.floor_ratio = result.rate_rms.full / noise
     out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise
