@@ -11,10 +11,10 @@ from scipy.stats import norm
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.likelihood.model import Likelihood
-from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, IntArray, Owner, Parameter
+from gsense_fusion.identification.types import AXES, FloatArray, IntArray, Owner, Parameter
+from gsense_fusion.identification.verdict.fast_part import LOWEST_HZ, away_above, fast_part, in_blocks
 from gsense_fusion.identification.verdict.residual import WindowResidual
 
-LOWEST_HZ = 5.0
 BLOCK_S = 0.1
 REWEIGHTED = 6
 LEAST_MEAN = 0.1
@@ -46,10 +46,10 @@ class SpeedNoise(StatisticalEffect):
             cut = slice(w.window.start, w.window.stop)
             v, a = kin.velocity[cut], kin.acceleration[cut]
             length = max(2, round(BLOCK_S * w.data.run.rate_hz))
-            power.append(_blocks(_fast_part(w) ** 2, length))
+            power.append(in_blocks(fast_part(w) ** 2, length))
             on = np.full(len(v), float(w.window.moving))
             for name, series in (("v2", v**2), ("v", np.abs(v)), ("a2", a**2), ("on", on)):
-                drivers[name].append(_blocks(_spread(w, series)[:, None], length)[:, 0])
+                drivers[name].append(in_blocks(_spread(w, series)[:, None], length)[:, 0])
         P = np.concatenate(power)
         fits = {name: _slope(np.concatenate(x), P) for name, x in drivers.items()}
         slope, error, loglik = fits["v2"]
@@ -69,35 +69,15 @@ class SpeedNoise(StatisticalEffect):
         return Explanation(parameters, axes, float(norm.sf(z)), tuple(_scaled(likelihood, windows, bands)), 0.0, level)
 
 
-def _fast_part(residual: WindowResidual) -> FloatArray:
-    """Whitened residual above 5 Hz and away from the drive's orders in time, variance one at rest, shape (n, 3)."""
-    n = len(residual.window)
-    used = _used(residual)
-    spectrum = np.zeros((n // 2 + 1, 3), dtype=complex)
-    values = (residual.spectrum[0] + 1j * residual.spectrum[1]) * used[:, None]
-    spectrum[np.flatnonzero(residual.bins.keep)] = values
-    series = np.fft.irfft(spectrum, n, axis=0)
-    return np.asarray(series * n / np.sqrt(4.0 * max(int(used.sum()), 1)))
-
-
-def _used(residual: WindowResidual) -> BoolArray:
-    return np.asarray(residual.away_from_orders() & (residual.frequency >= LOWEST_HZ))
-
-
 def _spread(residual: WindowResidual, variance: FloatArray) -> FloatArray:
     """Variance of white noise as the band that is looked at spreads it in time, shape (n,): at 25 Hz by 0.2 s."""
     n = len(residual.window)
     band = np.zeros(n // 2 + 1)
-    band[np.flatnonzero(residual.bins.keep)] = _used(residual)
+    band[np.flatnonzero(residual.bins.keep)] = away_above(residual)
     kernel = np.fft.irfft(band, n) ** 2
     if not kernel.any():
         return variance
     return np.asarray(np.fft.irfft(np.fft.rfft(variance) * np.fft.rfft(kernel / kernel.sum()), n))
-
-
-def _blocks(series: FloatArray, length: int) -> FloatArray:
-    n = len(series) // length * length
-    return np.asarray(series[:n].reshape(-1, length, series.shape[1]).mean(axis=1))
 
 
 def _slope(driver: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray, float]:
@@ -145,7 +125,7 @@ def _band_slopes(likelihood: Likelihood, windows: Sequence[WindowResidual]) -> d
     v2 = np.array([_mean_v2(likelihood, w) for w in windows])
     out = {}
     for band in sorted({int(b) for w in windows for b in np.unique(_octave(w))}):
-        used = [_used(w) & (_octave(w) == band) for w in windows]
+        used = [away_above(w) & (_octave(w) == band) for w in windows]
         count = np.array([u.sum() for u in used], dtype=float)[:, None]
         power = np.array([0.5 * np.sum(w.spectrum[:, u] ** 2, axis=(0, 1)) for w, u in zip(windows, used, strict=True)])
         out[band] = _growth(v2[:, None], power, count)

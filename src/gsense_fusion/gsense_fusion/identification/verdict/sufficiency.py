@@ -23,9 +23,12 @@ from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
+from gsense_fusion.identification.verdict.uneven_noise import narrow_band, one_place
 
 FAMILY_ALPHA = 0.004
-FAMILIES = 6
+FAMILIES = 7
+SLOW_SHARE = 0.1
+"""Of a family's share, for tests of block means: how a bias itself warms up is not quite the drift that they allow."""
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
 MODEL_ERROR = 0.02
 """Relative error of the spectrum beyond what its ordinates say (`NoiseModel.covariance`): noise is not quite steady."""
@@ -101,8 +104,9 @@ def find_symptoms(
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, still, alpha)
         found += _bands(moving, still, alpha)
-    found += _intensity(likelihood, fit, alpha, level)
-    found += _courses(likelihood, fit, alpha)
+        found += _uneven(likelihood, moving, alpha)
+    found += _intensity(likelihood, fit, SLOW_SHARE * alpha, level)
+    found += _courses(likelihood, fit, SLOW_SHARE * alpha)
     found += _drift(likelihood, fit, alpha)
     return sorted(found, key=lambda s: s.p_value)
 
@@ -192,6 +196,13 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
     z, axis, low, high, rms = worst
     text = f"more noise in motion than at rest between {low:g} and {high:g} Hz, most on {AXES[axis]}"
     return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
+
+
+def _uneven(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+    """Noise in one run or at one place; half of alpha each."""
+    found = [x for x in (narrow_band(moving), one_place(likelihood, moving)) if x is not None]
+    sure = [x for x in found if x.p_value < alpha / 2]
+    return [Symptom("uneven", (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
 
 
 @dataclass(frozen=True, eq=False)

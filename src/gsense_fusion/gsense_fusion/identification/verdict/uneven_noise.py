@@ -1,0 +1,154 @@
+"""Noise that is there in one run or at one place alone: pooled over a session it may be too little to be seen.
+
+A mode that chatters near one speed is a narrow band of one run; a dent, dirt or a splice makes noise where the carriage
+passes it. Each run's own level is taken as it is, so that noise that grows with the speed from run to run is neither.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import f as fisher
+from scipy.stats import norm
+
+from gsense_fusion.identification.effects.base import Templates
+from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.types import BoolArray, FloatArray
+from gsense_fusion.identification.verdict.fast_part import LOWEST_HZ, away_above, fast_part, in_blocks
+from gsense_fusion.identification.verdict.residual import WindowResidual
+
+BAND = 1.26
+"""Width of a narrow band: a third of an octave."""
+LEAST_BINS = 20
+UNSTEADY = 0.04
+"""Relative error of a run's level in a band beyond that of its ordinates: noise is not quite steady."""
+PLACES = 12
+"""Parts of the travel."""
+BLOCK_S = 0.02
+LEAST_BLOCKS = 50
+LAGS = 5
+"""Neighbours that a block may be correlated with, where the band is narrow."""
+
+
+@dataclass(frozen=True)
+class Uneven:
+    """Where the noise stands out most."""
+
+    p_value: float
+    """With the number of looks."""
+    axis: int
+    rate_rms: float
+    """What is too much there, rad/s."""
+    words: str
+
+    def after(self, looks: int) -> Uneven:
+        """The same with the number of looks."""
+        return replace(self, p_value=min(1.0, looks * self.p_value))
+
+
+def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
+    """A third of an octave in one window against the same in the others; None where there are not two windows."""
+    top = max((float(w.frequency[-1]) for w in moving), default=0.0)
+    edges = [LOWEST_HZ]
+    while edges[-1] * BAND < top:
+        edges.append(edges[-1] * BAND)
+    best: Uneven | None = None
+    looks = 0
+    for low, high in itertools.pairwise(edges):
+        used = [(w.frequency >= low) & (w.frequency < high) & w.away_from_orders() for w in moving]
+        windows = [(w, u) for w, u in zip(moving, used, strict=True) if u.sum() >= LEAST_BINS]
+        if len(windows) < 2:
+            continue
+        count = np.array([u.sum() for _, u in windows], dtype=float)
+        power = np.stack([w.power[u].sum(axis=0) for w, u in windows])
+        others = (power.sum(axis=0) - power) / (count.sum() - count)[:, None]
+        free = 1.0 / (1.0 / (count.sum() - count) + UNSTEADY**2)
+        p = np.asarray(fisher.sf(_over(power / count[:, None], others), 2 * count[:, None], 2 * free[:, None]))
+        looks += p.size
+        i, axis = np.unravel_index(int(np.argmin(p)), p.shape)
+        if best is None or p[i, axis] < best.p_value:
+            words = f"noise of {low:.3g} to {high:.3g} Hz in one run alone, {_speed(windows[i][0])}"
+            excess = power[i, axis] / count[i] - others[i, axis]
+            best = Uneven(float(p[i, axis]), int(axis), _rms(*windows[i], int(axis), excess), words)
+    return best.after(looks) if best is not None else None
+
+
+def one_place(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> Uneven | None:
+    """Power of short blocks at one part of the rail against where the same runs are as far beyond their middle.
+
+    There the carriage passes at the same speed: noise that only grows with it is at no place.
+    """
+    rows = [_blocks(likelihood, w) for w in moving]
+    if not rows:
+        return None
+    position, mirror = (np.concatenate([r[i] for r in rows]) for i in (0, 1))
+    root = np.concatenate([r[2] for r in rows])
+    inflation = _inflation([r[2] for r in rows])
+    best: Uneven | None = None
+    looks = 0
+    for low, high in itertools.pairwise(np.linspace(position.min(), position.max(), PLACES + 1)):
+        at, opposite = _within(position, low, high), _within(mirror, low, high)
+        here, there = root[at & ~opposite], root[opposite & ~at]
+        if min(len(here), len(there)) < LEAST_BLOCKS:
+            continue
+        z = _louder(here, there, inflation)
+        looks += len(z)
+        axis = int(np.argmax(z))
+        p = float(norm.sf(z[axis]))
+        if best is None or p < best.p_value:
+            excess = float(np.mean(here[:, axis] ** 3) - np.mean(there[:, axis] ** 3))
+            rms = _rms(moving[0], away_above(moving[0]), axis, excess)
+            best = Uneven(p, axis, rms, f"more noise at one place of the rail, {low:.3f} to {high:.3f} m")
+    return best.after(looks) if best is not None else None
+
+
+def _blocks(likelihood: Likelihood, window: WindowResidual) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Position in m, that about the middle of the travel, and cube root of the power over the window's mean, (b, 3).
+
+    The root of the power of few samples is nearly normal (Wilson and Hilferty, 1931).
+    """
+    length = max(2, round(BLOCK_S * window.data.run.rate_hz))
+    kin = likelihood.source.of(window.data, Templates()).kinematics
+    travel = kin.position[window.window.start : window.window.stop]
+    position = in_blocks(travel[:, None], length)[:, 0]
+    power = in_blocks(fast_part(window) ** 2, length)
+    middle = float(travel.min() + travel.max()) / 2
+    return position, 2 * middle - position, np.cbrt(power / np.maximum(power.mean(axis=0), 1e-30))
+
+
+def _inflation(roots: Sequence[FloatArray]) -> FloatArray:
+    """How many times neighbours that are alike make the variance of a mean larger, shape (3,)."""
+    deviations = [r - r.mean(axis=0) for r in roots]
+    square = np.maximum(sum(np.sum(d**2, axis=0) for d in deviations), 1e-30)
+    alike = [sum(np.sum(d[k:] * d[:-k], axis=0) for d in deviations) / square for k in range(1, LAGS + 1)]
+    return np.asarray(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0), axis=0))
+
+
+def _louder(here: FloatArray, there: FloatArray, inflation: FloatArray) -> FloatArray:
+    """Standard errors by which the blocks (k, 3) of one place exceed those of another, shape (3,)."""
+    variance = here.var(axis=0) / len(here) + there.var(axis=0) / len(there)
+    return np.asarray((here.mean(axis=0) - there.mean(axis=0)) / np.sqrt(np.maximum(variance * inflation, 1e-30)))
+
+
+def _within(position: FloatArray, low: float, high: float) -> BoolArray:
+    return np.asarray((position >= low) & (position < high))
+
+
+def _rms(window: WindowResidual, used: BoolArray, axis: int, excess: float) -> float:
+    """Of so many times the noise at rest in some bins of an axis, rad/s."""
+    weight = window.bins.weight[used, axis]
+    variance = float(np.sum(4.0 / weight[weight > 0] ** 2)) / len(window.window) ** 2
+    return float(np.sqrt(max(excess, 0.0) * variance))
+
+
+def _over(power: FloatArray, level: FloatArray) -> FloatArray:
+    """Ratio of powers; one where an axis is absent or a coarse step leaves nothing."""
+    return np.divide(power, level, out=np.ones_like(power), where=level > 0)
+
+
+def _speed(window: WindowResidual) -> str:
+    w = window.angular_frequency
+    return f"at {w:.3g} rad/s" if w is not None else f"bag {window.data.run.name}"
