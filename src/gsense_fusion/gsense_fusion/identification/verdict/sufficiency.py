@@ -23,7 +23,7 @@ from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
-from gsense_fusion.identification.verdict.uneven_noise import narrow_band, one_place
+from gsense_fusion.identification.verdict.uneven_noise import KINDS, uneven_noise
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 7
@@ -199,9 +199,8 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
 
 
 def _uneven(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
-    """Noise in one run or at one place; half of alpha each."""
-    found = [x for x in (narrow_band(moving), one_place(likelihood, moving)) if x is not None]
-    sure = [x for x in found if x.p_value < alpha / 2]
+    """Noise in one run, at one place, or where the carriage is accelerated."""
+    sure = [x for x in uneven_noise(likelihood, moving) if x.p_value < alpha / KINDS]
     return [Symptom("uneven", (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
 
 

@@ -1,7 +1,8 @@
-"""Noise that is there in one run or at one place alone: pooled over a session it may be too little to be seen.
+"""Noise that is there in one run, at one place or in one phase alone: pooled it may be too little to be seen.
 
 A mode that chatters near one speed is a narrow band of one run; a dent, dirt or a splice makes noise where the carriage
-passes it. Each run's own level is taken as it is, so that noise that grows with the speed from run to run is neither.
+passes it; what is loose rattles where it is accelerated. Each run's own level is taken as it is, so that noise that
+grows with the speed from run to run is none of these.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ BAND = 1.26
 LEAST_BINS = 20
 UNSTEADY = 0.04
 """Relative error of a run's level in a band beyond that of its ordinates: noise is not quite steady."""
+KINDS = 3
 PLACES = 12
 """Parts of the travel."""
 BLOCK_S = 0.02
@@ -47,6 +49,29 @@ class Uneven:
     def after(self, looks: int) -> Uneven:
         """The same with the number of looks."""
         return replace(self, p_value=min(1.0, looks * self.p_value))
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Short blocks of one window."""
+
+    position: FloatArray
+    """m, shape (b,)."""
+    mirror: FloatArray
+    """As far beyond the middle of the travel, m, shape (b,)."""
+    exertion: FloatArray
+    """Square of the acceleration beyond the window's mean, (m/s^2)^2, shape (b,)."""
+    root: FloatArray
+    """Cube root of the power over the window's mean: nearly normal (Wilson and Hilferty, 1931), shape (b, 3)."""
+
+
+def uneven_noise(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> list[Uneven]:
+    """The most significant of each kind, `KINDS` at most."""
+    rows = [_blocks(likelihood, w) for w in moving]
+    found = [narrow_band(moving)]
+    if rows:
+        found += [one_place(rows, moving[0]), where_accelerated(rows, moving[0])]
+    return [x for x in found if x is not None]
 
 
 def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
@@ -76,17 +101,13 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
     return best.after(looks) if best is not None else None
 
 
-def one_place(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> Uneven | None:
-    """Power of short blocks at one part of the rail against where the same runs are as far beyond their middle.
+def one_place(rows: Sequence[Blocks], window: WindowResidual) -> Uneven | None:
+    """Power at one part of the rail against where the same runs are as far beyond their middle.
 
     There the carriage passes at the same speed: noise that only grows with it is at no place.
     """
-    rows = [_blocks(likelihood, w) for w in moving]
-    if not rows:
-        return None
-    position, mirror = (np.concatenate([r[i] for r in rows]) for i in (0, 1))
-    root = np.concatenate([r[2] for r in rows])
-    inflation = _inflation([r[2] for r in rows])
+    position, mirror = (np.concatenate([getattr(r, name) for r in rows]) for name in ("position", "mirror"))
+    root, inflation = np.concatenate([r.root for r in rows]), _inflation(rows)
     best: Uneven | None = None
     looks = 0
     for low, high in itertools.pairwise(np.linspace(position.min(), position.max(), PLACES + 1)):
@@ -100,28 +121,43 @@ def one_place(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> Uneve
         p = float(norm.sf(z[axis]))
         if best is None or p < best.p_value:
             excess = float(np.mean(here[:, axis] ** 3) - np.mean(there[:, axis] ** 3))
-            rms = _rms(moving[0], away_above(moving[0]), axis, excess)
+            rms = _rms(window, away_above(window), axis, excess)
             best = Uneven(p, axis, rms, f"more noise at one place of the rail, {low:.3f} to {high:.3f} m")
     return best.after(looks) if best is not None else None
 
 
-def _blocks(likelihood: Likelihood, window: WindowResidual) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position in m, that about the middle of the travel, and cube root of the power over the window's mean, (b, 3).
+def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven | None:
+    """Power against the square of the acceleration within each run; None where nothing is accelerated.
 
-    The root of the power of few samples is nearly normal (Wilson and Hilferty, 1931).
+    One-sided: noise that grows with the speed falls with the acceleration of a sine.
     """
+    driver = np.concatenate([r.exertion for r in rows])[:, None]
+    root = np.concatenate([r.root - r.root.mean(axis=0) for r in rows])
+    error = np.sqrt(np.sum((driver * root) ** 2, axis=0) * _inflation(rows))
+    if not (error > 0).any():
+        return None
+    z = np.sum(driver * root, axis=0) / np.where(error > 0, error, np.inf)
+    axis = int(np.argmax(z))
+    high = driver[:, 0] > np.quantile(driver, 0.75)
+    cubes = np.concatenate([r.root[:, axis] ** 3 for r in rows])
+    rms = _rms(window, away_above(window), axis, float(cubes[high].mean() - cubes[~high].mean()))
+    return Uneven(min(1.0, len(z) * float(norm.sf(z[axis]))), axis, rms, "more noise where the carriage is accelerated")
+
+
+def _blocks(likelihood: Likelihood, window: WindowResidual) -> Blocks:
     length = max(2, round(BLOCK_S * window.data.run.rate_hz))
     kin = likelihood.source.of(window.data, Templates()).kinematics
-    travel = kin.position[window.window.start : window.window.stop]
-    position = in_blocks(travel[:, None], length)[:, 0]
+    cut = slice(window.window.start, window.window.stop)
+    position, square = in_blocks(np.column_stack([kin.position[cut], kin.acceleration[cut] ** 2]), length).T
     power = in_blocks(fast_part(window) ** 2, length)
-    middle = float(travel.min() + travel.max()) / 2
-    return position, 2 * middle - position, np.cbrt(power / np.maximum(power.mean(axis=0), 1e-30))
+    middle = float(position.min() + position.max()) / 2
+    root = np.cbrt(power / np.maximum(power.mean(axis=0), 1e-30))
+    return Blocks(position, 2 * middle - position, square - square.mean(), root)
 
 
-def _inflation(roots: Sequence[FloatArray]) -> FloatArray:
+def _inflation(rows: Sequence[Blocks]) -> FloatArray:
     """How many times neighbours that are alike make the variance of a mean larger, shape (3,)."""
-    deviations = [r - r.mean(axis=0) for r in roots]
+    deviations = [r.root - r.root.mean(axis=0) for r in rows]
     square = np.maximum(sum(np.sum(d**2, axis=0) for d in deviations), 1e-30)
     alike = [sum(np.sum(d[k:] * d[:-k], axis=0) for d in deviations) / square for k in range(1, LAGS + 1)]
     return np.asarray(1.0 + 2.0 * np.sum(np.maximum(alike, 0.0), axis=0))
