@@ -230,3 +230,19 @@ def test_a_damaged_chunk_is_named(tmp_path: Path) -> None:
     with pytest.raises(BagError, match="damaged, cannot be read to its end") as caught:
         load_run(path, "mpu6050")
     assert str(path) in str(caught.value)
+
+
+def test_the_magnetometer_of_another_sensor_on_the_board_is_kept_apart(tmp_path: Path) -> None:
+    bag = BagWriter()
+    for prefix in ("/", "/other/"):
+        for i in range(4):
+            stamp = START_NS + i * 5_000_000
+            bag.add(f"{prefix}lisy300/imu/data_raw", stamp, imu(stamp, (0, 0, i), (0, 0, 9.81)))
+    field = message("sensor_msgs/msg/MagneticField", header=header(START_NS), magnetic_field=vector((1e-5, 0, -4e-5)))
+    bag.add("/bno055/imu/mag", START_NS, field)
+    path = bag.write(tmp_path / "run")
+    run = load_run(path, "/lisy300/imu/data_raw")
+    assert run.mag is None
+    assert run.mag_beside is not None
+    np.testing.assert_array_equal(run.mag_beside.field, [(1e-5, 0, -4e-5)])
+    assert load_run(path, "/other/lisy300/imu/data_raw").mag_beside is None

@@ -71,6 +71,7 @@ def load_run(path: Path | str, sensor: str, reference: str | None = None) -> Run
         temperature=loader.scalar(names.temperature, "temperature"),
         battery=loader.scalar(names.battery, "voltage"),
         mag=loader.mag(names.mag),
+        mag_beside=loader.mag(names.mag_beside),
         reference=loader.reference(names.reference),
         own=loader.imu(names.own) if names.own and names.own != names.imu else None,
         link=link,

@@ -133,10 +133,12 @@ class Run:
     pose: PoseSeries | None = None
     joint: JointSeries | None = None
     motor_current: ScalarSeries | None = None
-    """A, from `rig/state`; read where the sensor has a magnetometer, which feels it."""
+    """A, from `rig/state`; read where the board has a magnetometer, which feels it."""
     temperature: ScalarSeries | None = None
     battery: ScalarSeries | None = None
     mag: MagSeries | None = None
+    mag_beside: MagSeries | None = None
+    """Of another sensor on the same board, where the sensor has none: it shows as well what the rig does to the field."""
     reference: ReferencePose | None = None
     own: ImuSeries | None = None
     """What the sensor's own fusion says (`<sensor>/imu/data`)."""

@@ -13,6 +13,7 @@ _POSE = "geometry_msgs/msg/PoseStamped"
 _FIELD = "sensor_msgs/msg/MagneticField"
 _TEMPERATURE = "sensor_msgs/msg/Temperature"
 _RAW = "imu/data_raw"
+_MAG = "imu/mag"
 
 
 @dataclass(frozen=True)
@@ -27,6 +28,7 @@ class Names:
     temperature: str | None
     battery: str | None
     mag: str | None
+    mag_beside: str | None
     reference: str | None
     own: str | None
     link: str | None
@@ -78,7 +80,8 @@ def find_names(path: Path, topics: dict[str, str], sensor: str, reference: str |
         return find(f"{own}/{tail}", msgtype) or (_sibling(topics, imu, msgtype) if foreign else None)
 
     own = short.strip("/")
-    mag = of_sensor("imu/mag", _FIELD)
+    mag = of_sensor(_MAG, _FIELD)
+    mag_beside = None if mag or foreign else _field_beside(topics, prefix)
     return Names(
         sensor=short,
         imu=imu,
@@ -87,10 +90,11 @@ def find_names(path: Path, topics: dict[str, str], sensor: str, reference: str |
         temperature=of_sensor("temperature", _TEMPERATURE),
         battery=find("battery", "sensor_msgs/msg/BatteryState"),
         mag=mag,
+        mag_beside=mag_beside,
         reference=_reference(path, topics, reference) if reference else find("reference/pose", _POSE),
         own=find(f"{own}/imu/data", IMU),
         link=find("link", LINK_STATUS),
-        state=find("rig/state", RIG_STATE) if mag else None,
+        state=find("rig/state", RIG_STATE) if mag or mag_beside else None,
         notes=tuple(notes),
     )
 
@@ -100,6 +104,14 @@ def imus_beside(topics: dict[str, str], imu: str) -> list[str]:
     prefix = imu.removesuffix("/" + _RAW).rpartition("/")[0] + "/"
     others = {name for name, kind in topics.items() if kind == IMU and name.endswith("/" + _RAW)} - {imu}
     return sorted((n for n in others if n.removesuffix("/" + _RAW).rpartition("/")[0] + "/" == prefix), reverse=True)
+
+
+def _field_beside(topics: dict[str, str], prefix: str) -> str | None:
+    """The only magnetometer of another sensor under the same prefix: it rides on the same board."""
+    tail = "/" + _MAG
+    found = [n for n, kind in topics.items() if kind == _FIELD and n.endswith(tail)]
+    found = [n for n in found if n.removesuffix(tail).rpartition("/")[0] + "/" == prefix]
+    return found[0] if len(found) == 1 else None
 
 
 def _sibling(topics: dict[str, str], imu: str, msgtype: str) -> str | None:

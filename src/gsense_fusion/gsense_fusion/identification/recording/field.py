@@ -34,11 +34,15 @@ class MotorRecord:
 
 
 def field_record(run: Run, epoch_ns: int) -> FieldRecord | None:
-    """Messages with a new value: a register read faster than its sensor measures repeats itself."""
-    if run.mag is None:
+    """Messages with a new value: a register read faster than its sensor measures repeats itself.
+
+    A magnetometer beside the sensor, on the same board, is taken to have the sensor's axes.
+    """
+    mag = run.mag or run.mag_beside
+    if mag is None:
         return None
-    good = np.isfinite(run.mag.field).all(axis=1)
-    stamps, field = run.mag.stamp_ns[good], run.mag.field[good]
+    good = np.isfinite(mag.field).all(axis=1)
+    stamps, field = mag.stamp_ns[good], mag.field[good]
     if len(stamps) < FEWEST_MESSAGES:
         return None
     new = np.concatenate([[True], (np.diff(field, axis=0) != 0.0).any(axis=1)])
