@@ -12,6 +12,7 @@ from tests.study.simulator import simulate
 from tests.study.simulator.magnetics import EARTH, field_at
 from tests.study.simulator.parameters import MagneticParameters
 
+from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.magnetic import MagMotor, MagPosition
 from gsense_fusion.identification.effects.recorded import Recording, Seen, look_at
@@ -75,6 +76,27 @@ def test_the_motors_current_is_found_with_and_without_a_topic_that_tells_it(topi
         measured = np.array([reading.parameters[f"m_{x}"].value for x in "xyz"])
         error = reading.parameters["m_z"].stderr
         assert np.linalg.norm(measured) == pytest.approx(np.linalg.norm(per_ampere), abs=3 * error)
+
+
+def test_a_motor_that_the_board_comes_nearer_to_is_no_steel() -> None:
+    """Its field grows by a quarter on the way to that end."""
+
+    def with_motor(run: Run, role: str) -> tuple[Run, Role]:
+        assert run.mag is not None
+        assert run.motor_current is not None
+        assert run.pose is not None
+        stamps = run.mag.stamp_ns
+        current = np.interp(stamps, run.motor_current.stamp_ns, run.motor_current.value)
+        nearness = 1.0 + 0.25 * np.interp(stamps, run.pose.stamp_ns, run.pose.position) / 0.15
+        bent = run.mag.field + (current * nearness)[:, None] * np.array([6e-7, -3e-7, 9e-7])
+        return replace(run, mag=replace(run.mag, field=bent)), Role(role)
+
+    session = simulate(replace(BASE, magnetics=MagneticParameters(current_topic=True)))
+    clean = clean_runs([with_motor(run, role) for run, role in session.runs])
+    campaign, skew = on_one_clock(clean)
+    found = look_at(Recording(tuple(clean), campaign, skew, BOTH), (MagPosition(), MagMotor()), BOTH)
+    assert set(found.readings) == {"mag_motor"}
+    assert found.readings["mag_motor"].parameters["m_z"].value == pytest.approx(9e-7, rel=0.15)
 
 
 def test_both_at_once() -> None:

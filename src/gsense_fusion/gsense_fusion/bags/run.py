@@ -138,7 +138,7 @@ class Run:
     battery: ScalarSeries | None = None
     mag: MagSeries | None = None
     mag_beside: MagSeries | None = None
-    """Of another sensor on the same board, where the sensor has none: it shows as well what the rig does to the field."""
+    """Of another sensor on the same board, where the sensor has none: the rig bends its field as well."""
     reference: ReferencePose | None = None
     own: ImuSeries | None = None
     """What the sensor's own fusion says (`<sensor>/imu/data`)."""

@@ -1,13 +1,15 @@
 """The magnetometer in motion: field over the carriage's position (steel), field of the motor's current.
 
-Both belong to the rig, so they are fitted in the rail's axes: B = B0(run) + drift(run) t + sum_k p_k P_k(s / L) + M i,
-with Legendre polynomials P_k and the magnetometer's own lag in s and i. Constants of each run take hard iron, the
-earth's field and the mounting's attitude out of it. Where no topic tells the motor's current, acceleration, speed and
-its sign stand for it (inertia, damping, friction).
+Both belong to the rig, so they are fitted in the rail's axes: B = B0(run) + drift(run) t + sum_k p_k P_k(s / L) +
+M (1 + g s) i, with Legendre polynomials P_k and the magnetometer's own lag in s and i; g where the board comes so near
+to the motor that its field changes on the way. Constants of each run take hard iron, the earth's field and the
+mounting's attitude out of it. Where no topic tells the motor's current, acceleration, speed and its sign stand for it
+(inertia, damping, friction).
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -54,6 +56,8 @@ class Model:
     order: int
     motor: bool
     lag: int = 0
+    nearing: bool = False
+    """The motor's field changes with the board's distance from it: M (1 + g s) i."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +113,7 @@ class Magnetometer:
         return Magnetometer(moving, reach, units.pop() if len(units) == 1 else None, still)
 
     def columns(self, run: FieldRun, lag_s: float) -> FloatArray:
-        """Polynomials over position, then the motor, shape (k, HIGHEST_ORDER + motor_columns)."""
+        """Polynomials over position, motor, motor times position, shape (k, HIGHEST_ORDER + 2 motor_columns)."""
         position, velocity, acceleration = _kinematics(run, lag_s)
         shape = legendre.legvander(position / self.reach, HIGHEST_ORDER)[:, 1:]
         motor = run.data.run.motor
@@ -117,7 +121,7 @@ class Magnetometer:
             drive = np.interp(run.time - lag_s, motor.time, motor.value)[:, None]
         else:
             drive = np.column_stack([acceleration, np.tanh(velocity / FRICTION_SPEED), velocity])
-        return np.concatenate([shape, drive], axis=1)
+        return np.concatenate([shape, drive, drive * (position / self.reach)[:, None]], axis=1)
 
     def _grams(self, lag: int) -> tuple[_Gram, ...]:
         out = []
@@ -133,15 +137,15 @@ class Magnetometer:
 
     def index(self, model: Model) -> IntArray:
         """Columns of a model."""
-        own = np.arange(HIGHEST_ORDER, HIGHEST_ORDER + self.motor_columns) if model.motor else np.zeros(0, dtype=int)
-        return np.concatenate([np.arange(model.order), own]).astype(np.int64)
+        count = self.motor_columns * (1 + model.nearing) if model.motor else 0
+        return np.concatenate([np.arange(model.order), HIGHEST_ORDER + np.arange(count)]).astype(np.int64)
 
     def fit(self, model: Model, leave_out: int | None = None) -> FieldFit:
         """Least squares of a model, on all runs or all but one."""
         grams = [g for i, g in enumerate(self.grams(model.lag)) if i != leave_out]
         xx, xy = sum(g.xx for g in grams), sum(g.xy for g in grams)
         at = self.index(model)
-        beta = np.zeros((HIGHEST_ORDER + self.motor_columns, 3))
+        beta = np.zeros((HIGHEST_ORDER + 2 * self.motor_columns, 3))
         covariance = np.zeros((len(beta), len(beta)))
         gain = 0.0
         if len(at):
@@ -158,8 +162,9 @@ class Magnetometer:
         if not position and not motor:
             return self.fit(Model(0, False))
         orders = range(1, HIGHEST_ORDER + 1) if position else (0,)
-        tried = (self.fit(Model(k, motor, lag)) for k in orders for lag in range(len(LAGS_S)))
-        return max(tried, key=lambda f: f.score)
+        nearing = (False, True) if motor else (False,)
+        models = itertools.product(orders, (motor,), range(len(LAGS_S)), nearing)
+        return max((self.fit(Model(*m)) for m in models), key=lambda f: f.score)
 
     def holds(self, fit: FieldFit, without: FieldFit) -> bool:
         """Whether, on every run left out in turn, the larger model errs less in sum."""

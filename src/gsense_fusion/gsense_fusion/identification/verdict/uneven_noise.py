@@ -138,10 +138,12 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
         return None
     z = np.sum(driver * root, axis=0) / np.where(error > 0, error, np.inf)
     axis = int(np.argmax(z))
+    all_axes = float(z.sum() / np.sqrt(max(int((error > 0).sum()), 1)))
     high = driver[:, 0] > np.quantile(driver, 0.75)
     cubes = np.concatenate([r.root[:, axis] ** 3 for r in rows])
     rms = _rms(window, away_above(window), axis, float(cubes[high].mean() - cubes[~high].mean()))
-    return Uneven(min(1.0, len(z) * float(norm.sf(z[axis]))), axis, rms, "more noise where the carriage is accelerated")
+    p = (len(z) + 1) * float(norm.sf(max(float(z[axis]), all_axes)))
+    return Uneven(min(1.0, p), axis, rms, "more noise where the carriage is accelerated")
 
 
 def _blocks(likelihood: Likelihood, window: WindowResidual) -> Blocks:
