@@ -9,9 +9,9 @@ mounting's attitude out of it. Where no topic tells the motor's current, acceler
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -130,7 +130,7 @@ class Magnetometer:
             out.append(_Gram(X.T @ X, X.T @ Y))
         return tuple(out)
 
-    @property
+    @cached_property
     def total(self) -> float:
         """Sum of squares without each run's constant and drift, T^2."""
         return sum(float(np.sum(without_drift(r.time, r.field) ** 2)) for r in self.runs)
@@ -162,9 +162,11 @@ class Magnetometer:
         if not position and not motor:
             return self.fit(Model(0, False))
         orders = range(1, HIGHEST_ORDER + 1) if position else (0,)
-        nearing = (False, True) if motor else (False,)
-        models = itertools.product(orders, (motor,), range(len(LAGS_S)), nearing)
-        return max((self.fit(Model(*m)) for m in models), key=lambda f: f.score)
+        plain = max((self.fit(Model(k, motor, i)) for k in orders for i in range(len(LAGS_S))), key=lambda f: f.score)
+        if not motor:
+            return plain
+        nearer = (self.fit(Model(k, motor, plain.model.lag, nearing=True)) for k in orders)
+        return max(plain, *nearer, key=lambda f: f.score)
 
     def holds(self, fit: FieldFit, without: FieldFit) -> bool:
         """Whether, on every run left out in turn, the larger model errs less in sum."""

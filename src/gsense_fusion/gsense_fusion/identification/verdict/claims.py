@@ -16,7 +16,7 @@ from gsense_fusion.identification.verdict.sufficiency import Symptom
 from gsense_fusion.identification.verdict.unequal import companions, unequal_among, unequal_symptom
 from gsense_fusion.identification.verdict.vetoes import Refusal, refines, refused, removed_part, rests_on_motion
 
-IN_MOTION = frozenset({"orders", "kicks", "unequal", "lines", "band", "intensity"})
+IN_MOTION = frozenset({"orders", "kicks", "unequal", "lines", "band", "uneven", "intensity"})
 """Kinds of symptoms that only motion shows."""
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""
