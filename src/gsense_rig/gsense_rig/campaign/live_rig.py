@@ -138,6 +138,9 @@ class LiveRig:
             self.operator.confirm("The carriage will seek its zero. Is the rail free?")
         self.wait(self._home.service_is_ready, ANSWER_WITHIN, f"no service {Topics.RIG_HOME}")
         self._call(self._home, "homing", HOMED_WITHIN)
+        # the answer may be here before the state that the rig node judges by: it would not turn the board yet
+        known = (RigState.IDLE, RigState.FAULT)
+        self.wait(lambda: self._state.mode in known, ANSWER_WITHIN, "the rig says that it is homed; no state that does")
 
     def turn(self, mounting: str) -> None:
         """By whoever turns boards here; parked for a person."""

@@ -10,7 +10,7 @@ from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.search.selection import Selection, sound
 from gsense_fusion.identification.verdict.homogeneity import homogeneity
 from gsense_fusion.identification.verdict.models import claimed_fit
-from gsense_fusion.identification.verdict.sizes import axes_of, size_in_motion
+from gsense_fusion.identification.verdict.sizes import axes_of, frequencies_in_motion, size_in_motion
 from gsense_fusion.identification.verdict.sufficiency import Symptom
 
 
@@ -42,9 +42,7 @@ def unequal_symptom(selection: Selection, fit: Fit, name: str) -> Symptom:
     """What is left where a demoted claim was: something like it, of another size in every run."""
     likelihood = selection.likelihood
     rms = size_in_motion(selection, fit, name)
-    fastest = max(
-        (r.motion.angular_frequency or 0.0 for r in likelihood.campaign.fit if r.motion is not None), default=0.0
-    )
+    tones = frequencies_in_motion(selection, fit, name)
     text = f"locked to the drive and like {name}, but of another size in every run"
     p = homogeneity(likelihood, fit, selection.effects[name]).p_value
-    return Symptom("unequal", axes_of(rms), p, float(np.linalg.norm(rms)), (fastest,), text)
+    return Symptom("unequal", axes_of(rms), p, float(np.linalg.norm(rms)), tones, text)
