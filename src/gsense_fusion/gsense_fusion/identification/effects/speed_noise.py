@@ -20,6 +20,8 @@ REWEIGHTED = 6
 LEAST_MEAN = 0.1
 """Of the mean power: what a falling line is held above."""
 SURE = 5.0
+UNEVEN = "uneven"
+"""Kind of symptom that goes with it: a rail's noise need not grow as v^2 in each narrow band."""
 RIVAL_LOGLIK = 10.0
 """In twice the log-likelihood: a driver that is better by more than this refutes v^2."""
 
@@ -66,7 +68,9 @@ class SpeedNoise(StatisticalEffect):
         level = 1.0 + max(float(b.max()) for b in bands.values()) * max(_mean_v2(likelihood, w) for w in moving)
         z = float(slope.sum() / np.linalg.norm(error))
         axes = tuple(x for i, x in enumerate(AXES) if slope[i] > 3 * error[i])
-        return Explanation(parameters, axes, float(norm.sf(z)), tuple(_scaled(likelihood, windows, bands)), 0.0, level)
+        return Explanation(
+            parameters, axes, float(norm.sf(z)), tuple(_scaled(likelihood, windows, bands)), 0.0, level, UNEVEN
+        )
 
 
 def _spread(residual: WindowResidual, variance: FloatArray) -> FloatArray:

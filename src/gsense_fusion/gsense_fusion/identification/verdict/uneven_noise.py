@@ -1,8 +1,8 @@
 """Noise that is there in one run, at one place or in one phase alone: pooled it may be too little to be seen.
 
 A mode that chatters near one speed is a narrow band of one run; a dent, dirt or a splice makes noise where the carriage
-passes it; what is loose rattles where it is accelerated. Each run's own level is taken as it is, so that noise that
-grows with the speed from run to run is none of these.
+passes it; what is loose rattles where it is accelerated. Each run's power is taken over its own mean, so that broadband
+noise that grows with the speed from run to run is none of these.
 """
 
 from __future__ import annotations
@@ -75,7 +75,8 @@ def uneven_noise(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> li
 
 
 def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
-    """A third of an octave in one window against the same in the others; None where there are not two windows."""
+    """A third of an octave's part in the power of one window against that in the others; None without two windows."""
+    level = [np.maximum(w.power[away_above(w)].mean(axis=0), 1e-30) for w in moving]
     top = max((float(w.frequency[-1]) for w in moving), default=0.0)
     edges = [LOWEST_HZ]
     while edges[-1] * BAND < top:
@@ -84,11 +85,11 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
     looks = 0
     for low, high in itertools.pairwise(edges):
         used = [(w.frequency >= low) & (w.frequency < high) & w.away_from_orders() for w in moving]
-        windows = [(w, u) for w, u in zip(moving, used, strict=True) if u.sum() >= LEAST_BINS]
+        windows = [(w, u, own) for w, u, own in zip(moving, used, level, strict=True) if u.sum() >= LEAST_BINS]
         if len(windows) < 2:
             continue
-        count = np.array([u.sum() for _, u in windows], dtype=float)
-        power = np.stack([w.power[u].sum(axis=0) for w, u in windows])
+        count = np.array([u.sum() for _, u, _ in windows], dtype=float)
+        power = np.stack([w.power[u].sum(axis=0) / own for w, u, own in windows])
         others = (power.sum(axis=0) - power) / (count.sum() - count)[:, None]
         free = 1.0 / (1.0 / (count.sum() - count) + UNSTEADY**2)
         p = np.asarray(fisher.sf(_over(power / count[:, None], others), 2 * count[:, None], 2 * free[:, None]))
@@ -96,8 +97,9 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
         i, axis = np.unravel_index(int(np.argmin(p)), p.shape)
         if best is None or p[i, axis] < best.p_value:
             words = f"noise of {low:.3g} to {high:.3g} Hz in one run alone, {_speed(windows[i][0])}"
-            excess = power[i, axis] / count[i] - others[i, axis]
-            best = Uneven(float(p[i, axis]), int(axis), _rms(*windows[i], int(axis), excess), words)
+            window, bins, own = windows[i]
+            excess = float(own[axis] * (power[i, axis] / count[i] - others[i, axis]))
+            best = Uneven(float(p[i, axis]), int(axis), _rms(window, bins, int(axis), excess), words)
     return best.after(looks) if best is not None else None
 
 
