@@ -64,6 +64,17 @@ def test_what_the_encoder_misses_comes_from_the_accelerometer(rate_hz: float, sc
     assert np.std(error) < 0.01
 
 
+def test_orders_that_gaps_leave_unknown_stay_the_encoders() -> None:
+    """A part of every period is lost: a sum of many orders can be anything there."""
+    t = np.arange(0.0, 24.0, 0.005)
+    run = _imu(200.0, np.outer(_acceleration(t), ALONG), t)
+    run = replace(run, valid=(W * t) % (2 * np.pi) < 4.5)
+    found = with_felt_orders(_encoder(), run, ALONG, 0.0)
+    assert found is not None
+    inside = (t > 1.0) & (t < 23.0)
+    assert np.abs(_known(found, t[inside]) - _acceleration(t[inside])).max() < sum(KICKS.values())
+
+
 def test_position_and_speed_stay_the_encoders_and_a_ringing_belt_moves_no_carriage() -> None:
     found, t = _felt(200.0)
     motion, encoder = found.at(t), _encoder().at(t)

@@ -88,15 +88,27 @@ class Predictor:
 
     def without(self, data: RunData, model: Prediction) -> FloatArray:
         """Measured minus predicted rate, bias still in it, straight across what was not measured, shape (n, 3)."""
-        return _bridged(data.run.angular_rate - self.rate(data, model), data.run.valid)
+        return bridged(data.run.angular_rate - self.rate(data, model), data.run.valid)
 
 
-def _bridged(series: FloatArray, known: BoolArray) -> FloatArray:
-    """The series (n, 3) with straight lines where it is not known: an interpolated rate is no error of the model."""
-    places = np.arange(len(series))
+def bridged(series: FloatArray, known: BoolArray) -> FloatArray:
+    """The series (n, 3) with straight lines where it is not known: an interpolated rate is no error of the model.
+
+    A line's ends are the means of as many samples beside the gap as it lacks (fewer where others are missing too):
+    through single samples it would carry their noise over the whole of a long gap, which no low-pass takes out.
+    """
     if known.all():
         return series
-    return np.stack([np.interp(places, places[known], axis[known]) for axis in series.T], axis=1)
+    places = np.arange(len(series))
+    out = np.stack([np.interp(places, places[known], axis[known]) for axis in series.T], axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], ~known, [False]])))
+    for start, stop in edges.reshape(-1, 2):
+        lacking = stop - start
+        sides = [slice(max(0, start - lacking), start), slice(stop, stop + lacking)]
+        ends = [series[side][known[side]].mean(axis=0) for side in sides if known[side].any()]
+        if lacking > 1 and ends:
+            out[start:stop] = np.linspace(ends[0], ends[-1], lacking)
+    return out
 
 
 def session_biases(runs: Sequence[RunData], remains: Mapping[RunData, FloatArray]) -> dict[int, FloatArray]:

@@ -34,6 +34,9 @@ APART = 2.0
 """Least distance of two orders, folded, in units of what the window resolves."""
 MIN_SAMPLES = 200
 SAMPLES_PER_ORDER = 5
+WORST_CONDITION = 1e4
+"""Of the orders' normal matrix. Whole periods have some tens; where gaps leave a part of every period out, a sum of
+many orders can be anything there."""
 
 
 def with_felt_orders(
@@ -76,7 +79,10 @@ def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray,
     if not len(orders):
         return None
     beyond = acceleration - encoder.acceleration_at(time)
-    cosine, sine, sigma = _amplitudes(time - encoder.origin, w, orders.astype(np.int64), beyond)
+    found = _amplitudes(time - encoder.origin, w, orders.astype(np.int64), beyond)
+    if found is None:
+        return None
+    cosine, sine, sigma = found
     known = np.isin(orders, encoder.orders)
     counts = encoder.stderr * (w * orders) ** 2
     # an order that the encoder has as well is replaced where it is known better, a new one has to be clear
@@ -101,10 +107,12 @@ def _told_apart(w: float, duration_s: float, rate_hz: float, most: int) -> Float
     return np.asarray(order[used])
 
 
-def _amplitudes(t: FloatArray, w: float, orders: IntArray, series: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Cosine and sine amplitudes (k,) of a series (n,) at orders of the angular frequency, and their standard error.
+def _amplitudes(
+    t: FloatArray, w: float, orders: IntArray, series: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """Cosine and sine amplitudes (k,) of a series (n,) at orders of the angular frequency, and their standard errors.
 
-    A constant, a slope and a curvature are fitted beside them.
+    A constant, a slope and a curvature are fitted beside them. None where the samples do not tell the orders apart.
     """
     k = len(orders)
     slow = (t - t.mean()) / np.ptp(t)
@@ -114,9 +122,13 @@ def _amplitudes(t: FloatArray, w: float, orders: IntArray, series: FloatArray) -
     cross = np.concatenate([rest.sum(axis=1)[None], with_slow.real, with_slow.imag])
     matrix = np.block([[normal_matrix(powers, orders), cross], [cross.T, rest @ rest.T]])
     found = (powers @ series)[orders - 1]
-    beta = np.linalg.solve(matrix, np.concatenate([[series.sum()], found.real, found.imag, rest @ series]))
+    if np.linalg.cond(matrix, 1) > WORST_CONDITION:
+        return None
+    inverse = np.linalg.inv(matrix)
+    beta = inverse @ np.concatenate([[series.sum()], found.real, found.imag, rest @ series])
     spread = np.zeros(len(powers), dtype=complex)
     spread[orders - 1] = beta[1 : 1 + k] - 1j * beta[1 + k : 1 + 2 * k]
     left = series - beta[0] - (spread @ powers).real - beta[1 + 2 * k :] @ rest
-    sigma = float(np.sqrt(np.sum(left**2) / (len(t) - len(beta)) * 2.0 / len(t)))
+    spread_of = np.abs(np.diag(inverse)) * np.sum(left**2) / (len(t) - len(beta))
+    sigma = np.sqrt((spread_of[1 : 1 + k] + spread_of[1 + k : 1 + 2 * k]) / 2)
     return beta[1 : 1 + k], beta[1 + k : 1 + 2 * k], sigma
