@@ -12,7 +12,7 @@ from tests.fusion.rail_run import rail_run
 
 from gsense_fusion.close_loop import main
 from gsense_fusion.compensation.model import load_compensation
-from gsense_fusion.report.outputs import REST, SEPARATING_RUNS
+from gsense_fusion.report.next_plan import REST, SEPARATING_RUNS
 from gsense_rig.campaign.plan import parse_plan
 
 PICKUP = 2e-3  # (rad/s)/(m/s) on y, the truth that the user's effect has to find

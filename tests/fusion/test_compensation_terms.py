@@ -44,6 +44,10 @@ def test_the_drag_of_a_friction_pickup_follows_the_speed() -> None:
     )
 
 
+def test_the_inertia_of_a_friction_pickup_is_in_its_term() -> None:
+    assert _terms("friction_pickup", c=(1e-3, 0.0, 0.0), inertia=2.0) == (FrictionPickup((1e-3, 0.0, 0.0), 2.0),)
+
+
 @pytest.mark.parametrize("second", [False, True])
 def test_each_mode_of_a_mount_sways_and_turns(second: bool) -> None:
     c, rate = (1e-4, 0.0, 0.0), (0.0, 1e-6, 0.0)

@@ -62,7 +62,7 @@ def test_the_plan_that_separates_rivals_settles_them(tmp_path: Path, name: str, 
     report = analysed([first, second], tmp_path / "after")
     (finding,) = report["findings"]
     assert (finding["effect"], finding["alternatives"]) == (name, [])
-    assert not (tmp_path / "after" / "next_plan.yaml").exists()
+    assert "separates" not in (tmp_path / "after" / "next_plan.yaml").read_text()
     if name == "speed_pickup":  # belt_tilt: named alone, but lines at 65 to 79 Hz in motion stay unexplained
         assert report["verdict"] == "effects_found", report["unexplained"]
     assert {run["session"] for run in report["runs"]} == {0, 1}
@@ -72,3 +72,20 @@ def test_the_plan_that_separates_rivals_settles_them(tmp_path: Path, name: str, 
     assert comparison["verdict"] == "nothing_changed"
     (settled,) = [e for e in comparison["effects"] if e["effect"] == name]
     assert settled["status"] in ("same", "settled")
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+def test_the_plan_that_decides_what_was_left_open_shows_it(tmp_path: Path) -> None:
+    plan, effect = tmp_path / "sweep.yaml", "viscous_tilt=5e-4"
+    plan.write_text(yaml.safe_dump({"runs": SWEEP}), encoding="utf-8")
+    first = campaign(plan, tmp_path / "first", effect, 1)
+    report = analysed([first], tmp_path / "before")
+    assert report["findings"] == []
+    assert report["deciding_runs"]["viscous_tilt"] == "board_turned_180"
+
+    second = campaign(tmp_path / "before" / "next_plan.yaml", tmp_path / "second", effect, 2, NEXT_DAY)
+    (finding,) = analysed([first, second], tmp_path / "after")["findings"]
+    assert finding["effect"] == "viscous_tilt"
+    vertical = finding["parameters"]["c_z"]
+    assert vertical["value"] == pytest.approx(5e-4, abs=3 * vertical["stderr"])

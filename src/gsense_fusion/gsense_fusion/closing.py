@@ -21,7 +21,8 @@ from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.report.document import report_json
 from gsense_fusion.report.html import report_html
-from gsense_fusion.report.outputs import compensation, next_plan
+from gsense_fusion.report.next_plan import next_plan
+from gsense_fusion.report.outputs import compensation
 
 REPORT_JSON, REPORT_HTML, COMPENSATION, NEXT_PLAN = "report.json", "report.html", "compensation.yaml", "next_plan.yaml"
 READING = 0.3

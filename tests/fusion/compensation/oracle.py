@@ -60,9 +60,13 @@ class Oracle:
             return rate if warm is None else rate - np.array(term.c) * (warm - term.reference)
         if name == "supply_voltage":
             return rate if self.volts is None else rate - np.array(term.c) * (self.volts - term.reference)
-        if name in ("friction_pickup", "speed_pickup"):
-            v = self.velocity
-            return rate if v is None else rate - np.array(term.c) * (np.sign(v) if name[0] == "f" else v)
+        if name == "speed_pickup":
+            return rate if self.velocity is None else rate - np.array(term.c) * self.velocity
+        if name == "friction_pickup":
+            if self.velocity is None:
+                return rate
+            current = np.sign(self.velocity) + term.inertia * self._acceleration(i, dt)
+            return rate - np.array(term.c) * current
         if not np.isfinite(f).all():
             return rate
         if name == "g_sensitivity":
@@ -98,6 +102,18 @@ class Oracle:
             state = (expm(system * dt) @ np.array([*state, before, (u - before) / dt]))[:2]
         self.memory[i] = (state, u)
         return state
+
+    def _acceleration(self, i: int, dt: float) -> float:
+        """Morrison's fading-memory filter of degree 2 in scaled derivatives."""
+        if i not in self.memory or dt > STALE_S:
+            self.memory[i] = np.array([self.velocity, 0.0, 0.0])
+            return 0.0
+        if dt > 0:
+            t, scale = np.exp(-dt / 0.012), np.array([1.0, dt, dt**2 / 2])
+            z = np.array([[1, 1, 1], [0, 1, 2], [0, 0, 1]]) @ (self.memory[i] * scale)
+            gains = np.array([1 - t**3, 1.5 * (1 - t) ** 2 * (1 + t), 0.5 * (1 - t) ** 3])
+            self.memory[i] = (z + gains * (self.velocity - z[0])) / scale
+        return float(self.memory[i][1])
 
     def _warm(self, i: int, lag: float, dt: float) -> float | None:
         """A Kalman filter in matrices; the element behind the lag is a third state."""

@@ -68,6 +68,7 @@ ALL_TERMS = (
     TemperatureBias(C, 20.0),
     SupplyVoltage(C, 3.7),
     FrictionPickup(C),
+    FrictionPickup(C, 0.5),
     SpeedPickup(C),
     ScaleMisalignment(((0.01, 0.002, 0.0), (0.0, -0.02, 0.003), (0.001, 0.0, 0.015))),
 )
@@ -114,6 +115,22 @@ def test_delay_uses_the_specific_force_of_then() -> None:
     file = CompensationFile("s", terms=(GSensitivity(matrix=((1, 0, 0), (0, 0, 0), (0, 0, 0))),), gyro_delay_s=0.02)
     taken = -compensate(file, stamp, np.zeros((100, 3)), force)[:, 0]
     np.testing.assert_allclose(taken[10:], np.arange(6.0, 96.0), atol=1e-9)
+
+
+@pytest.mark.parametrize("frequency", [2.0, 8.0])
+def test_the_current_of_inertia_follows_the_carriage(frequency: float) -> None:
+    inertia, amplitude = 2.0, 0.15
+    t = np.arange(0.0, 10.0, 0.005)
+    stamp = (t * 1e9).astype(np.int64)
+    acceleration = -amplitude * frequency**2 * np.sin(frequency * t)
+    velocity = amplitude * frequency * np.cos(frequency * t)
+    noise = np.random.default_rng(5).normal(scale=1e-3, size=len(t))
+    current = np.sign(velocity) + inertia * acceleration
+    file = CompensationFile("s", terms=(FrictionPickup((1.0, 0.0, 0.0), inertia),))
+    picked_up, still = np.outer(current, [1.0, 0.0, 0.0]), np.zeros((len(t), 3))
+    left = compensate(file, stamp, picked_up, still, carriage=(stamp - 1_000_000, velocity + noise))[:, 0]
+    settled = (t > 0.2) & (np.abs(velocity) > 5e-3)
+    assert left[settled].std() < 0.05 * (inertia * acceleration).std() + 0.2  # speeds are 1 mm/s off
 
 
 @pytest.mark.parametrize("set_by_s", [3600, -3600, -2])

@@ -57,6 +57,7 @@ EVERY_TERM = CompensationFile(
         TemperatureBias((1e-3, 0.0, 0.0), 25.0),
         SupplyVoltage((0.01, 0.0, 0.0), 3.7),
         FrictionPickup((1e-4, 0.0, 0.0)),
+        FrictionPickup((1e-4, 0.0, 0.0), 1.5),
         SpeedPickup((0.0, 1e-4, 0.0)),
         ScaleMisalignment(((0.01, 0.0, 0.002), (0.0, -0.02, 0.0), (0.0, 0.0, 0.0))),
     ),

@@ -11,7 +11,7 @@ import yaml
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.outcome.findings import separating_run
 from gsense_fusion.identification.result import LoopResult
-from gsense_fusion.report.outputs import SEPARATING_RUNS, next_plan
+from gsense_fusion.report.next_plan import SEPARATING_RUNS, next_plan
 from gsense_rig.campaign.plan import parse_plan
 
 ONCE, TURNED, QUARTER = (1.0, 0.0, 0.0), (-1.0, 0.02, 0.0), (0.01, 1.0, 0.0)
@@ -42,10 +42,34 @@ def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
     assert separating_run(_session((ONCE, LEVEL), (QUARTER, LEVEL)), "time_offset", ["jerk_coupling"]) is None
 
 
+def _planned(deciding_runs: dict[str, str], *findings: SimpleNamespace) -> str | None:
+    return next_plan(cast(LoopResult, SimpleNamespace(findings=findings, deciding_runs=deciding_runs)))
+
+
+def test_what_is_left_open_is_planned_where_the_rig_can_make_its_run_by_itself() -> None:
+    left_open = {"viscous_tilt": "board_turned_90", "supply_voltage": "supply_toggled", "bias_drift": "long_rest"}
+    plan = _planned(left_open)
+    assert plan is not None
+    runs = parse_plan(plan, "next").runs
+    assert {run.mounting for run in runs} == {"0", "tilt_x"}
+    assert max(run.duration for run in runs) <= 60.0
+    head = [line for line in plan.splitlines() if line.startswith("#")]
+    assert head[0] == "# decides viscous_tilt"
+    assert "# supply_voltage is left open: supply_toggled would decide" in head
+    assert _planned({"supply_voltage": "supply_toggled", "bias_drift": "long_rest"}) is None
+
+
+def test_what_rivals_ask_for_decides_others_too() -> None:
+    rivals = SimpleNamespace(effect="bias_jump", alternatives=("temperature_bias",), separating_run="long_rest")
+    plan = _planned({"bias_drift": "long_rest"}, rivals)
+    assert plan is not None
+    assert plan.startswith("# separates bias_jump or temperature_bias\n# decides bias_drift\n")
+    assert [run.duration for run in parse_plan(plan, "next").runs] == [60.0, 7200.0]
+
+
 def test_the_board_is_laid_on_its_side_where_the_rig_may_turn() -> None:
     def mountings(effect: str, rival: str) -> set[str]:
-        finding = SimpleNamespace(effect=effect, alternatives=(rival,), separating_run="board_turned_90")
-        plan = next_plan(cast(LoopResult, SimpleNamespace(findings=(finding,))))
+        plan = _planned({}, SimpleNamespace(effect=effect, alternatives=(rival,), separating_run="board_turned_90"))
         assert plan is not None
         return {run.mounting for run in parse_plan(plan, "next").runs}
 
@@ -53,6 +77,6 @@ def test_the_board_is_laid_on_its_side_where_the_rig_may_turn() -> None:
     assert mountings("time_offset", "jerk_coupling") == {"0", "90"}
 
 
-def test_everyseparating_run_is_a_plan_that_the_rig_can_run() -> None:
+def test_every_separating_run_is_a_plan_that_the_rig_can_run() -> None:
     for name, runs in SEPARATING_RUNS.items():
         assert len(parse_plan(yaml.safe_dump({"runs": runs}), name).runs) == len(runs)

@@ -30,7 +30,7 @@ def _lines(*disturbances: Disturbance, rest_s: float = 45.0) -> list[str]:
 def test_too_little_rest_leaves_a_drift_in_motion_undecided(times: float, rest_s: float) -> None:
     (line,) = _lines(Disturbance("creep", times * DATASHEET), rest_s=rest_s)
     assert "could not be decided" in line
-    assert "a long rest" in line
+    assert "record long_rest" in line
 
 
 @pytest.mark.slow

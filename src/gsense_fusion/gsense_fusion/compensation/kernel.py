@@ -24,8 +24,11 @@ SLOPE_WALK = 3e-3**2
 """(K/s)^2/s: how quickly the slope of the die temperature changes."""
 SLOPE_VARIANCE = 0.05**2
 """(K/s)^2 of the slope before the first reading."""
+SPEED_MEMORY_S = 0.012
+"""Of the parabola through the carriage's past speeds whose end slope is its acceleration: 1 % off at 8 rad/s."""
 MEMORY = 16
-"""Numbers that a term remembers: resonance 0 y, 1 y', 2 d.f, 3 set; temperature 0..2 state, 3..8 covariance, 9 set."""
+"""Numbers that a term remembers: resonance 0 y, 1 y', 2 d.f, 3 set; temperature 0..2 state, 3..8 covariance, 9 set;
+friction 0 v, 1 v', 2 v'', 3 set."""
 
 
 @kernel("f8(f8[::1], f8, f8, f8)")
@@ -94,6 +97,31 @@ def _resonance(m, f0, damping, dt, force):  # type: ignore[no-untyped-def] # noq
         m[1] = e * (v * c - (w * w * z + a * v) * s) + ramp
     m[2] = force
     return m[0]
+
+
+@kernel("f8(f8[::1], f8, f8)")
+def _acceleration(m, dt, velocity):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """Of the carriage, m/s^2: end slope of a parabola through its past speeds, older ones counting for less.
+
+    N. Morrison, Introduction to Sequential Smoothing and Prediction (1969), chapter 13: fading memory, degree 2.
+    """
+    if m[3] == 0.0 or dt > STALE_S:
+        m[0], m[1], m[2], m[3] = velocity, 0.0, 0.0, 1.0
+        return 0.0
+    if dt > 0.0:
+        t = exp(-dt / SPEED_MEMORY_S)
+        wrong = velocity - (m[0] + dt * (m[1] + dt * m[2] / 2.0))
+        m[0] = velocity - t * t * t * wrong
+        m[1] += dt * m[2] + 1.5 * (1.0 - t) ** 2 * (1.0 + t) * wrong / dt
+        m[2] += (1.0 - t) ** 3 * wrong / (dt * dt)
+    return m[1]
+
+
+@kernel("f8(f8[::1], f8[::1], f8, f8)")
+def _current(row, m, dt, velocity):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """What a motor's current follows: the direction, and with an inertia the acceleration; 1."""
+    sign = 1.0 if velocity > 0.0 else (-1.0 if velocity < 0.0 else 0.0)
+    return sign if row[13] == 0.0 else sign + row[13] * _acceleration(m, dt, velocity)
 
 
 @kernel("void(i8[::1], i8[::1], f8[:, ::1], i8, i8, f8[::1])")
@@ -211,12 +239,12 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
                 for i in range(3):
                     rate[i] -= row[i] * (inputs[1] - row[12])
         elif 7 <= kind <= 8:
-            v = inputs[2]
-            if isfinite(v):
-                if kind == 7:
-                    v = 1.0 if v > 0.0 else (-1.0 if v < 0.0 else 0.0)
+            if isfinite(inputs[2]):
+                v = inputs[2] if kind == 8 else _current(row, memory[k], dt, inputs[2])
                 for i in range(3):
                     rate[i] -= row[i] * v
+            else:
+                memory[k, 3] = 0.0
         elif kind == 9:
             x, y, z = rate[0], rate[1], rate[2]
             for i in range(3):

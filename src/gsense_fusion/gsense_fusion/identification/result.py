@@ -213,6 +213,8 @@ class LoopResult:
     """What the effects that were sought and not found would come to in the full model: how well they are excluded."""
     encoder_delay: Parameter | None = None
     """Of the IMU against the encoder, s."""
+    deciding_runs: Mapping[str, str] = field(default_factory=dict)
+    """By effect that is left open: the separating run that would decide it."""
     rest_noise: Mapping[str, Parameter] = field(default_factory=dict)
     """Amplitude density of the noise from 4 to 20 Hz by axis, rad/s/sqrt(Hz)."""
 

@@ -56,6 +56,7 @@ def report_document(result: LoopResult) -> dict[str, Any]:
         "encoder_delay": None if result.encoder_delay is None else _parameter(result.encoder_delay),
         "rest_noise": {axis: _parameter(p) for axis, p in result.rest_noise.items()},
         "undecided": list(result.undecided),
+        "deciding_runs": dict(result.deciding_runs),
         "notes": list(result.notes),
     }
 

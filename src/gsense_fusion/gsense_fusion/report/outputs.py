@@ -1,11 +1,9 @@
-"""compensation.yaml and next_plan.yaml from a result."""
+"""compensation.yaml from a result."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
-
-import yaml
 
 from gsense_fusion.bags.topics import sensor_name
 from gsense_fusion.compensation import (
@@ -24,41 +22,8 @@ from gsense_fusion.compensation import (
     Term,
     Vector,
 )
-from gsense_fusion.identification.catalogue import CATALOGUE
-from gsense_fusion.identification.result import Finding, LoopResult
+from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import Owner, Parameter
-
-SEPARATING_RUNS: dict[str, list[dict[str, Any]]] = {
-    "board_turned_180": [
-        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 180, "role": r}
-        for w, r in ((3.0, "fit"), (5.0, "held_out"), (6.0, "fit"), (8.0, "fit"))
-    ],
-    "board_turned_90": [
-        {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 90, "role": "fit"}
-        for w in (4.0, 6.0, 8.0)
-    ],
-    "temperature_soak": [{"shape": "static", "duration": 600.0, "mounting": 0, "position": 0.0, "role": "fit"}],
-    "long_rest": [{"shape": "static", "duration": 7200.0, "mounting": 0, "position": 0.0, "role": "fit"}],
-    "small_stroke": [
-        {"shape": "sine", "amplitude": 0.05, "angular_frequency": w, "duration": 24.0, "mounting": 0, "role": "fit"}
-        for w in (4.0, 6.0, 8.0)
-    ],
-}
-"""Runs that separate rivals, by the name of the separating run; each plan begins with a run at rest."""
-SEPARATING_RUNS["supply_toggled"] = [
-    {"shape": "static", "duration": 240.0, "mounting": 0, "position": 0.0, "role": r} for r in ("fit", "held_out")
-]
-SEPARATING_RUNS["motor_beside_board"] = [
-    {"shape": "sine", "amplitude": 0.15, "angular_frequency": w, "duration": 24.0, "mounting": 0, "role": "fit"}
-    for w in (2.0, 4.0, 8.0)
-]
-BY_HAND = {
-    "supply_toggled": "toggle the board's supply by 0.2 V every 30 s during the long rests",
-    "motor_beside_board": "lay the board still beside the rail during the motion, as near to the motor as it was",
-    "temperature_soak": "warm the board by 10 K and let it cool down during the long rest",
-}
-"""What a person does in a separating run that a plan cannot say."""
-REST: dict[str, Any] = {"shape": "static", "duration": 60.0, "mounting": 0, "position": 0.0, "role": "fit"}
 
 
 def compensation(result: LoopResult) -> CompensationFile:
@@ -104,7 +69,8 @@ def _terms(name: str, values: Mapping[str, Parameter], result: LoopResult) -> li
         case "supply_voltage" if result.supply_reference is not None:
             found = [SupplyVoltage(_vector(values, "c"), result.supply_reference)]
         case "friction_pickup":
-            found = [FrictionPickup(_vector(values, "c"))]
+            inertia = values["inertia"].value if "inertia" in values else 0.0
+            found = [FrictionPickup(_vector(values, "c"), inertia)]
             if "drag" in values:
                 x, y, z = (values["drag"].value * c for c in _vector(values, "c"))
                 found.append(SpeedPickup((x, y, z)))
@@ -140,30 +106,3 @@ def _grouped(values: Mapping[str, Parameter]) -> dict[str, Vector | float]:
 def _vector(parameters: Any, letter: str) -> Vector:
     values: dict[str, Parameter] = dict(parameters)
     return values[f"{letter}_x"].value, values[f"{letter}_y"].value, values[f"{letter}_z"].value
-
-
-def next_plan(result: LoopResult) -> str | None:
-    """A plan for `campaign` that separates the listed rivals; None where there are none."""
-    open_ones = [f for f in result.findings if f.alternatives and f.separating_run in SEPARATING_RUNS]
-    if not open_ones:
-        return None
-    runs = [REST]
-    for finding in open_ones:
-        runs += [run for run in _separating_runs(finding) if run not in runs]
-    rivals = "; ".join(f"{f.effect} or {', '.join(f.alternatives)}" for f in result.findings if f.alternatives)
-    wanted = dict.fromkeys(f.separating_run for f in open_ones)
-    hands = "".join(f"# {name}: {BY_HAND[name]}\n" for name in wanted if name in BY_HAND)
-    return f"# separates {rivals}\n{hands}" + yaml.safe_dump({"runs": runs}, sort_keys=False, default_flow_style=None)
-
-
-def _separating_runs(finding: Finding) -> list[dict[str, Any]]:
-    """The runs that separate a finding from its rivals.
-
-    By 90 degrees about the vertical the force comes to another axis of the sensor, which may answer otherwise: where
-    the rig may turn, the board is laid on its side instead, and the force keeps its axis.
-    """
-    runs = SEPARATING_RUNS[str(finding.separating_run)]
-    turning = {e.name for e in CATALOGUE if e.owner is Owner.RIG} & {finding.effect, *finding.alternatives}
-    if finding.separating_run == "board_turned_90" and turning:
-        return [{**run, "mounting": "tilt_x"} for run in runs]
-    return runs

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from gsense_fusion.compensation.document import Section, Vector
-from gsense_fusion.compensation.terms.numbers import KIND_FRICTION, KIND_SPEED, FloatArray, as_row, floats
+from gsense_fusion.compensation.terms.numbers import KIND_FRICTION, KIND_SPEED, FloatArray, as_row, finite, floats
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,27 @@ class _CarriageEffect:
 
 @dataclass(frozen=True)
 class FrictionPickup(_CarriageEffect):
-    """`c sign(v)`: motor current that overcomes friction, picked up by the gyro's supply or wires."""
+    """`c (sign(v) + inertia v')`: motor current against friction and inertia, in the gyro's supply or wires."""
 
     effect: ClassVar[str] = "friction_pickup"
     unit: ClassVar[str] = "rad/s"
     kind: ClassVar[int] = KIND_FRICTION
+
+    inertia: float = 0.0
+    """s^2/m: what the current against inertia is to that against dry friction, per acceleration."""
+
+    @classmethod
+    def parse(cls, section: Section) -> FrictionPickup:
+        """From its entry."""
+        return cls(section.vector("c"), section.number("inertia", 0.0))
+
+    def document(self) -> dict[str, Any]:
+        """Its entry."""
+        return {**super().document(), **({"inertia": finite(self.inertia)} if self.inertia else {})}
+
+    def row(self) -> FloatArray:
+        """Its numbers for the kernel, shape (ROW,)."""
+        return as_row(c=self.c, lag=self.inertia)
 
 
 @dataclass(frozen=True)

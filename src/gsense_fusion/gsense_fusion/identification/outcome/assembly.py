@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -19,22 +19,20 @@ from gsense_fusion.identification.errors.metrics import (
     pose_floor,
     pose_rms,
 )
-from gsense_fusion.identification.felt.words import felt_notes, hidden_tilt
+from gsense_fusion.identification.felt.words import SPEED_TILT, felt_notes, hidden_tilt
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.motion.mounting import NOMINAL
 from gsense_fusion.identification.outcome import plotdata
 from gsense_fusion.identification.outcome.curves import fitted_curves
-from gsense_fusion.identification.outcome.findings import all_findings
-from gsense_fusion.identification.outcome.hidden import open_effects
+from gsense_fusion.identification.outcome.findings import TURNED, all_findings
+from gsense_fusion.identification.outcome.hidden import OpenEffect, mounted_one_way, open_effects
 from gsense_fusion.identification.outcome.parameters import declared_parameters, g_matrix, newest_bias, rail_direction
 from gsense_fusion.identification.outcome.precision import covariances, encoder_delay, not_found, rest_noise
-from gsense_fusion.identification.result import Covariance, LoopResult, Plots, Ranked, RunSummary, Unexplained
+from gsense_fusion.identification.result import LoopResult, Plots, Ranked, RunSummary, Unexplained
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import AXES
-from gsense_fusion.identification.verdict.motion_drift import too_little_rest
 from gsense_fusion.identification.verdict.sufficiency import Symptom
 
-DRIFT = "bias_drift"
 MAINS_HZ = (50.0, 60.0)
 DRIFT_LIKE_HZ = 0.1
 """A tone that the sampling folds below this is no line."""
@@ -55,6 +53,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     traces = attitude_traces(folds)
     units = [c.unit_id for c in a.clean if c.unit_id]
     absent, spreads = not_found(a)
+    left_open = open_effects(a, spreads)
     return LoopResult(
         sensor=a.clean[0].sensor,
         unit_id=units[0] if units else None,
@@ -70,7 +69,8 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         bias=newest_bias(a, full),
         g_matrix=g_matrix(a),
         temperature_reference=TEMPERATURE_REFERENCE,
-        undecided=_undecided(a, spreads),
+        undecided=_undecided(a, left_open),
+        deciding_runs=_deciding_runs(a, left_open),
         notes=tuple(n for n in a.notes if UNDECIDED not in n)
         + a.claims.notes
         + tuple(felt_notes(a))
@@ -125,11 +125,10 @@ def _unnamed(a: Analysis) -> list[Symptom]:
     return [Symptom("recording", x.axes, x.p_value, 0.0, (), x.symptom) for x in a.seen.unnamed]
 
 
-def _undecided(a: Analysis, spreads: Mapping[str, Covariance]) -> tuple[str, ...]:
+def _undecided(a: Analysis, left_open: Sequence[OpenEffect]) -> tuple[str, ...]:
     out = [n for n in a.notes if UNDECIDED in n]
-    out += open_effects(a, spreads)
-    mounts = {r.mounting_number for r in a.campaign.runs if r.motion is not None and r.mounting_number is not None}
-    if len(mounts) == 1:
+    out += [effect.line for effect in left_open]
+    if mounted_one_way(a):
         out.append(
             "the board was mounted one way: only the column of G along the motion is identified, and a true tilt that "
             f"follows velocity {hidden_tilt(a)}; turn the board by 180 degrees"
@@ -139,19 +138,16 @@ def _undecided(a: Analysis, spreads: Mapping[str, Covariance]) -> tuple[str, ...
             "no accelerometer: the rail is taken to lie along the sensor's x axis, z up and unturned, and how late the "
             "gyro is against the encoder is unknown; record an IMU of the same board beside it"
         )
-    out += _undecided_drift(a)
     out += [_folded_mains(mains, a.campaign.rate_hz) for mains in MAINS_HZ if _near_zero(mains, a.campaign.rate_hz)]
     out.append("gyro scale, misalignment and lever arms cannot be seen while the true rate is zero")
     return tuple(out)
 
 
-def _undecided_drift(a: Analysis) -> list[str]:
-    """A bias that wanders in motion, where rest is too short to tell whether it is the sensor's drift at all times."""
-    settled = DRIFT in a.claims.noise or any(s.kind == "drift" for s in a.claims.symptoms)
-    if settled or all(e.name != DRIFT for e in a.settings.catalogue):
-        return []
-    reason = too_little_rest(a.likelihood, a.claims.full)
-    return [] if reason is None else [f"{DRIFT} {UNDECIDED}: {reason}; record a long rest"]
+def _deciding_runs(a: Analysis, left_open: Sequence[OpenEffect]) -> dict[str, str]:
+    """The run that would decide, of each effect that is left open; in one mounting a tilt with the speed is."""
+    runs = {effect.name: effect.run for effect in left_open if effect.run is not None}
+    hidden = mounted_one_way(a) and SPEED_TILT in a.selection.effects and SPEED_TILT not in a.claims.names
+    return {**runs, SPEED_TILT: TURNED} if hidden else runs
 
 
 def _near_zero(frequency_hz: float, rate_hz: float) -> bool:
