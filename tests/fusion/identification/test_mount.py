@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
+from tests.study.cases import Case, with_disturbances
 from tests.study.judge import analyse
-from tests.study.simulator import Disturbance
+from tests.study.simulator import Disturbance, simulate
 from tests.study.simulator.parameters import ChainParameters
 
 from gsense_fusion.compensation import GResonance as Term
@@ -15,6 +18,7 @@ from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode, resonant
 from gsense_fusion.identification.motion.harmonics import Kinematics
+from gsense_fusion.identification.search import selection
 from gsense_fusion.report.outputs import compensation
 
 from .sessions import BASE, LATE, SETTINGS, analysed, finding, made, names
@@ -38,6 +42,36 @@ def test_a_delay_is_no_mount_that_sways() -> None:
     without = replace(SETTINGS, catalogue=tuple(e for e in CATALOGUE if e.name != "time_offset"))
     result = analyse(made(LATE), without)
     assert (result.verdict, names(result)) == ("unexplained", [])
+
+
+@pytest.mark.slow
+def test_a_delay_is_no_mount_that_sways_in_two_modes() -> None:
+    """Two modes follow a delay within the noise, but their frequencies may be anything."""
+    case = Case("single", ("time_offset",), 4000.0, 1_022_400)
+    without = replace(SETTINGS, catalogue=tuple(e for e in CATALOGUE if e.name != "time_offset"))
+    result = analyse(simulate(with_disturbances(case)), without)
+    assert (result.verdict, names(result)) == ("unexplained", [])
+
+
+@pytest.mark.parametrize(
+    ("values", "errors", "holds"),
+    [
+        ((8.0, 0.2, 20.0, 0.1), (0.5, 0.04, 1.0, 0.03), True),
+        ((8.0, 0.49, 20.0, 0.1), (0.5, 0.04, 1.0, 0.03), True),  # one that rings is enough
+        ((8.0, 0.4, 20.0, 0.1), (0.5, 0.06, 6.0, 0.03), False),  # the first may not ring, the second be anywhere
+    ],
+)
+def test_a_mode_rings_at_a_frequency_that_is_known(
+    monkeypatch: pytest.MonkeyPatch, values: tuple[float, ...], errors: tuple[float, ...], holds: bool
+) -> None:
+    effects = {e.name: e for e in (GResonance(), RockingMount(), SecondMode())}
+    fields = ("resonance_hz", "resonance_damping", "resonance2_hz", "resonance2_damping")
+    fit = SimpleNamespace(names=frozenset(effects), templates=Templates(tuple(zip(fields, values, strict=True))))
+    likelihood = SimpleNamespace(effects=tuple(effects.values()))
+    monkeypatch.setattr(selection, "searched", lambda *_: (np.array(errors), None))
+    made_up: Any = SimpleNamespace(likelihood=likelihood, effects=effects)
+    known: Any = fit
+    assert selection.sound(made_up, known, "g_resonance") is holds
 
 
 def test_a_vibration_is_answered_as_the_motion_is() -> None:

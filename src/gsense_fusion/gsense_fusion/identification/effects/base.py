@@ -126,6 +126,10 @@ class TemplateSpec:
     optional: bool = False
     """It refines an effect that exists without it (lag of temperature_bias); it is paid for where it leaves its
     default. Others are always paid for."""
+    below_upper: bool = False
+    """At the upper end of its range the effect acts like something else: that must be out of the question."""
+    known_to: float = float("inf")
+    """Part of it that must be out of the question on either side, else the effect may be something else."""
     gaps: bool = False
     """An instant, which may lie where no run was recorded or fitted: then its mean is taken."""
 

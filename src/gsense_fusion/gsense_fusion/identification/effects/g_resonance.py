@@ -22,6 +22,16 @@ MOST_DAMPED = 0.5
 """A mode that is damped more hardly rings; what follows late and does not ring is a delay."""
 
 
+def _frequency(name: str, field: str, grid: tuple[float, ...], default: float) -> TemplateSpec:
+    """A mode's own: what responds alike whatever its frequency is a derivative or a delay."""
+    return TemplateSpec(name, "Hz", field, grid, 1.5, 45.0, 5.0, default=default, known_to=0.5)
+
+
+def _damping(name: str, field: str, grid: tuple[float, ...]) -> TemplateSpec:
+    """A mode's damping as a part of the critical one."""
+    return TemplateSpec(name, "1", field, grid, 0.005, MOST_DAMPED, 0.05, default=0.1, below_upper=True)
+
+
 class GResonance(Effect):
     """c times the acceleration through a second-order resonance (f0, damping); its static part is in G."""
 
@@ -31,10 +41,8 @@ class GResonance(Effect):
     source = "mass on an elastic mount; hot glue: 3 to 30 Hz"
     parameters = spec("c_x c_y c_z", "(rad/s)/(m/s^2)", 3e-4)
     templates = (
-        TemplateSpec(
-            "f0", "Hz", "resonance_hz", (2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0), 1.5, 45.0, 5.0, default=10.0
-        ),
-        TemplateSpec("damping", "1", "resonance_damping", (0.03, 0.1, 0.3), 0.005, MOST_DAMPED, 0.05, default=0.1),
+        _frequency("f0", "resonance_hz", (2.5, 3.5, 5.0, 7.0, 10.0, 14.0, 20.0, 30.0), 10.0),
+        _damping("damping", "resonance_damping", (0.03, 0.1, 0.3)),
     )
     separating_run = "board_turned_180"
     family = "fast"
@@ -98,8 +106,8 @@ class SecondMode(Effect):
         *spec("rate2_x rate2_y rate2_z", "(rad/s)/(m/s^3)", 1e-5),
     )
     templates = (
-        TemplateSpec("f2", "Hz", "resonance2_hz", (3.5, 6.0, 10.0, 15.0, 24.0), 1.5, 45.0, 5.0, default=20.0),
-        TemplateSpec("damping2", "1", "resonance2_damping", (0.05, 0.2), 0.005, MOST_DAMPED, 0.05, default=0.1),
+        _frequency("f2", "resonance2_hz", (3.5, 6.0, 10.0, 15.0, 24.0), 20.0),
+        _damping("damping2", "resonance2_damping", (0.05, 0.2)),
     )
     needs = ("g_resonance",)
     part_of = "g_resonance"

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from gsense_fusion.identification.effects.base import TemplateSpec
+from gsense_fusion.identification.effects.base import Effect, TemplateSpec, parts_of
 from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.interval import template_stderr
+from gsense_fusion.identification.search.interval import searched, template_stderr
 from gsense_fusion.identification.search.tuning import Tuning
 
 MAX_EFFECTS = 4
@@ -115,8 +115,8 @@ class Selection:
         """Whether a model with more effects has more parameters that the data identifies; any other model may."""
         if not larger.names > smaller.names:
             return True
-        searched = any(not t.optional for t in self.tuning.specs(larger.names - smaller.names))
-        return searched or larger.rank > smaller.rank
+        free = any(not t.optional for t in self.tuning.specs(larger.names - smaller.names))
+        return free or larger.rank > smaller.rank
 
     def _neighbours(self, names: frozenset[str]) -> Iterable[frozenset[str]]:
         free = [n for n in self.effects if n not in names]
@@ -260,10 +260,25 @@ class Selection:
 
 def sound(selection: Selection, fit: Fit, name: str) -> bool:
     """Whether what an effect's columns are searched by is no local optimum; of two modes one is enough."""
-    further = (e for e in selection.effects.values() if e.part_of == name and e.name in fit.names)
-    modes = [selection.effects[name], *(e for e in further if e.parameters and e.templates)]
-    known = ([t for t in mode.templates if not t.optional] for mode in modes)
-    return any(all(template_sound(selection.likelihood, fit, t) for t in own) for own in known)
+    likelihood, effect = selection.likelihood, selection.effects[name]
+    parts = parts_of(likelihood.effects, name, fit.names)
+    open_ = _left_open(likelihood, fit, effect)
+    known = ([t for t in e.templates if not t.optional] for e in parts if e is effect or (e.parameters and e.templates))
+    return any(all(template_sound(likelihood, fit, t) and t.field not in open_ for t in own) for own in known)
+
+
+def _left_open(likelihood: Likelihood, fit: Fit, effect: Effect) -> frozenset[str]:
+    """Fields of an effect that may be where it would be something else."""
+    specs = [t for e in parts_of(likelihood.effects, effect.name, fit.names) for t in e.templates]
+    if not any(t.below_upper or np.isfinite(t.known_to) for t in specs):
+        return frozenset()
+    out = set()
+    for t, error in zip(specs, searched(likelihood, fit, effect)[0], strict=True):
+        value = fit.templates.get(t.field, t.default)
+        room = min(t.upper - value if t.below_upper else np.inf, t.known_to * abs(value))
+        if room < SOUND_SIGMA * error:
+            out.add(t.field)
+    return frozenset(out)
 
 
 def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:

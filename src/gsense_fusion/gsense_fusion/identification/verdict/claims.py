@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, sound
 from gsense_fusion.identification.verdict.models import claimed_fit
 from gsense_fusion.identification.verdict.noise_effects import explain_noise, without_drift
 from gsense_fusion.identification.verdict.residual import residuals
@@ -90,6 +90,10 @@ def _vetted(
             refusals[name] = refusal
         else:
             names.append(name)
+    alone = claimed_fit(selection, names)
+    for name in [n for n in names if refinements and not sound(selection, alone, n)]:
+        names.remove(name)
+        refusals[name] = Refusal("is sound only with what refines its shape: no claim")
     return names, refinements, refusals
 
 
