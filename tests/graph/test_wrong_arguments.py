@@ -23,6 +23,4 @@ def test_an_unknown_argument_is_refused(package, name):
     command = [str(executable(package, name)), "--port", "8080", "--ros-args", "-p", "use_sim_time:=false"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
-    usage, error = done.stderr.splitlines()
-    assert usage.startswith(f"usage: {name} [--ros-args -p ")
-    assert error == f"{name}: error: unrecognized arguments: --port 8080"
+    assert done.stderr == f"{name}: unrecognized arguments: --port 8080; {name} --help lists what it takes\n"

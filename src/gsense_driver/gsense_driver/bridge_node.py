@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import signal
 import sys
@@ -17,6 +16,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from gsense_driver.arguments import ArgumentParser
 from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
 from gsense_driver.messages import Messages
@@ -260,7 +260,7 @@ def make_executor() -> Any:
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
     given = remove_ros_args(sys.argv if args is None else args)[1:]
-    argparse.ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]").parse_args(given)
+    ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]").parse_args(given)
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

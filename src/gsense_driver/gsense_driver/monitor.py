@@ -6,7 +6,6 @@ reports. `--ros-args -r __ns:=/NAME` looks into a namespace.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from rich.console import Console
 from rich.live import Live
 from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature
 
+from gsense_driver.arguments import ArgumentParser
 from gsense_driver.messages import qos
 from gsense_driver.monitor_state import Link, MonitorState, Verdict, own_task, since
 from gsense_driver.monitor_view import line, view
@@ -129,7 +129,7 @@ def _live(node: Monitor, console: Console) -> None:
 def main(args: list[str] | None = None) -> int:
     """Show the driver's state until SIGINT; with `--once` one line, and 1 where no driver reports."""
     arguments = sys.argv if args is None else ["monitor", *args]
-    parser = argparse.ArgumentParser(prog="monitor", description=__doc__)
+    parser = ArgumentParser(prog="monitor", description=__doc__)
     parser.add_argument("--once", action="store_true", help="print one line and end; 1 where no driver reports")
     parser.add_argument("--wait", type=float, default=5.0, help="with --once: seconds to wait for a driver (5)")
     options = parser.parse_args(remove_ros_args(arguments)[1:])

@@ -13,6 +13,7 @@ import rclpy
 from rclpy.node import Node
 from rclpy.utilities import remove_ros_args
 
+from gsense_driver.arguments import ArgumentParser
 from gsense_driver.errors import RawLogError, SettingError
 from gsense_driver.messages import Messages
 from gsense_driver.raw_log import (
@@ -140,7 +141,7 @@ def _complete(values: Any) -> dict[str, Any]:
 
 
 def _options(arguments: Sequence[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="replay", description=__doc__)
+    parser = ArgumentParser(prog="replay", description=__doc__)
     parser.add_argument("file", type=Path, help="a raw_log of the bridge")
     parser.add_argument("--rate", type=float, default=1.0, help="times as fast as it was (1)")
     parser.add_argument(

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsense_fusion.arguments import ArgumentParser
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
 from gsense_fusion.calibration.accelerometer import AccelerometerCalibration, calibrate_accelerometer, pose_means
@@ -46,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="calibrate",
         description="Bias, G and k of a gyro from still poses and sweeps; its accelerometer and magnetometer.",
     )

@@ -10,6 +10,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from gsense_fusion.arguments import ArgumentParser
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
 from gsense_fusion.closing import Request, result_files, run_request, write_files
 from gsense_fusion.comparison.command import compare_paths
@@ -59,7 +60,7 @@ def _compare(arguments: argparse.Namespace) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="close_loop",
         description="Find what the declared gyro model lacks; show the error before and after on runs not fitted.",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import gc
 import signal
 import sys
@@ -17,6 +16,8 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 
+from gsense_fusion.arguments import ArgumentParser
+
 
 def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
     """Run a node until SIGINT or SIGTERM.
@@ -30,7 +31,7 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
         0, or 2 with what is wrong on stderr for arguments, parameters or files that cannot be used.
     """
     usage = f"{name} [--ros-args -p NAME:=VALUE ...]"
-    argparse.ArgumentParser(name, usage).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser(name, usage).parse_args(remove_ros_args(sys.argv)[1:])
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

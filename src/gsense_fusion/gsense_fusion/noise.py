@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsense_fusion.arguments import ArgumentParser
 from gsense_fusion.bags import load_run
 from gsense_fusion.calibration.allan import pooled_density
 from gsense_fusion.calibration.rest_noise import (
@@ -51,7 +52,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="noise", description="Noise parameters of a sensor from bags at rest.")
+    parser = ArgumentParser(prog="noise", description="Noise parameters of a sensor from bags at rest.")
     parser.add_argument("bags", nargs="+", type=Path, metavar="BAG", help="bags; the longest rest in them is used")
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for the results")

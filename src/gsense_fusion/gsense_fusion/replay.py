@@ -13,6 +13,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from gsense_fusion.arguments import ArgumentParser
 from gsense_fusion.attitude import FILTERS, UnknownFilterError, filter_kind
 from gsense_fusion.attitude.accuracy import Accuracy, AccuracyError, Reference, at_samples, score
 from gsense_fusion.attitude.fusion import Fusion, FusionStatus
@@ -76,7 +77,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="replay", description=__doc__)
+    parser = ArgumentParser(prog="replay", description=__doc__)
     parser.add_argument("bag", type=Path, metavar="BAG", help="rosbag2 folder, or a .mcap or .db3 file")
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(

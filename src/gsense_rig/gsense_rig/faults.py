@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.fault_trials.cases import CASES
 from gsense_rig.fault_trials.table import failures, header, line
 from gsense_rig.fault_trials.trial import try_case
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the fault table; 0 where every bound is kept, 1 where not."""
-    parser = argparse.ArgumentParser(prog="faults", description=__doc__)
+    parser = ArgumentParser(prog="faults", description=__doc__)
     parser.add_argument("--centre", action="store_true", help="inject at the centre alone, not all over the cycle")
     parser.add_argument("--only", default="", metavar="WORD", help="only faults whose name has this word")
     parser.add_argument("--seed", type=int, default=1, help="draws the rail (default 1)")

@@ -5,7 +5,6 @@ Reference and encoder, tracking error, accelerometer and gyro; the whole run and
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,6 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.console import Console
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.recording.run_columns import RunColumns, RunError, read_columns
 from gsense_rig.recording.typestore import DefinitionError, typestore
 
@@ -27,7 +27,7 @@ _COLOURS = ("#c0392b", "#2e7d32", "#1f5fa8")
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where the bag cannot be shown or the file not written."""
-    parser = argparse.ArgumentParser(prog="plot_run", description=__doc__)
+    parser = ArgumentParser(prog="plot_run", description=__doc__)
     parser.add_argument("bag", type=Path, metavar="BAG")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help=".png, .pdf or .svg")
     parser.add_argument("--sensor", default="mpu6050")

@@ -24,6 +24,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.recording.overrides import overrides
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.repair import RepairError, repair
@@ -98,7 +99,7 @@ def _report(summary: Summary, node: RecorderNode) -> None:
 
 def _without_graph(arguments: Sequence[str]) -> int:
     """What needs no graph: --repair, --qos-overrides, --help."""
-    parser = argparse.ArgumentParser(prog="record", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = ArgumentParser(prog="record", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--repair", type=Path, metavar="BAG")
     what.add_argument("--qos-overrides", nargs="?", const="/", metavar="NAMESPACE")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import threading
 import time
@@ -24,6 +23,7 @@ from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
 from gsense_rig import drive_file, rig_messages, rig_settings
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.ending import Ending
 from gsense_rig.hardware.interface import HardwareError
@@ -203,7 +203,7 @@ class RigNode(Node):
 def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
     usage = "rig [--ros-args -p NAME:=VALUE ...]"
-    argparse.ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

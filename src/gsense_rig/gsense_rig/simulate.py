@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.campaign.index import CampaignIndexError
 from gsense_rig.campaign.plan import Plan, PlanError, PlanRun, load_plan, shipped_plans
 from gsense_rig.campaign.session import DEFAULT_START, SessionSpec
@@ -44,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="simulate", description=__doc__)
+    parser = ArgumentParser(prog="simulate", description=__doc__)
     parser.add_argument("plan", metavar="PLAN", help=f"a YAML file, or a shipped plan: {', '.join(shipped_plans())}")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where bags and index.yaml go")
     parser.add_argument(

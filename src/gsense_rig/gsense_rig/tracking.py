@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.assessment import checks, plants, plot, tables
 from gsense_rig.assessment.judging import Judged, judge_pi, judge_plant, within_targets, worst
 from gsense_rig.assessment.sine_run import Tracking
@@ -16,7 +16,7 @@ from gsense_rig.assessment.sine_run import Tracking
 
 def main(arguments: list[str] | None = None) -> int:
     """Judge, print, write; exit 1 where a target is missed."""
-    parser = argparse.ArgumentParser(prog="tracking", description="Tracking of both controllers on the simulated rail.")
+    parser = ArgumentParser(prog="tracking", description="Tracking of both controllers on the simulated rail.")
     parser.add_argument("--out", type=Path, help="folder for tracking.txt and tracking.png; nothing is written without")
     parser.add_argument("--off", type=float, default=20.0, metavar="PERCENT", help="how far parameters are off")
     parser.add_argument("--seed", type=int, default=1, help="seed of the first plant; each has its own")

@@ -21,6 +21,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
 from gsense_rig.campaign.live import Limits, LiveCampaign, LiveResult, Step
@@ -72,7 +73,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="campaign", description=__doc__)
+    parser = ArgumentParser(prog="campaign", description=__doc__)
     parser.add_argument("plan", metavar="PLAN", help=f"a YAML file, or a shipped plan: {', '.join(shipped_plans())}")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="where bags and index.yaml go")
     parser.add_argument(

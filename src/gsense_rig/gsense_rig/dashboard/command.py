@@ -7,7 +7,6 @@ has started are stopped first. Exit 2 where the address cannot be served on.
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import logging
 import sys
@@ -19,6 +18,7 @@ from rclpy.utilities import remove_ros_args
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
+from gsense_rig.arguments import ArgumentParser
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions
@@ -35,7 +35,7 @@ END_PATIENCE = 8.0  # s for motions to come to rest
 def main() -> int:
     """Runs until a signal."""
     usage = "dashboard [--ros-args -p port:=8077 -p folder:=DIR ...]"
-    argparse.ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

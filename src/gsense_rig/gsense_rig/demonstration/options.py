@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from gsense_rig.arguments import ArgumentParser
+
 LARGEST_SEED = 2**31 - 2
 
 
@@ -24,7 +26,7 @@ class Options:
 
 def parse(arguments: Sequence[str] | None = None) -> Options:
     """Reads the command line; exits with 2 and one line of reason where it cannot be used."""
-    parser = argparse.ArgumentParser(
+    parser = ArgumentParser(
         prog="demo",
         description="The whole loop on the simulated rig: live graph, bag, campaign, closed loop, report.",
     )
