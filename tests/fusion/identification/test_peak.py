@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from gsense_fusion.identification.search.peak import peak
+from gsense_fusion.identification.search.peak import highest, peak
 
 WITHIN = 1e-3
 
@@ -37,3 +38,10 @@ def test_what_bends_up_at_the_start_is_searched_between_the_bounds() -> None:
 def test_a_slope_ends_at_the_bound() -> None:
     found, _ = _counted(lambda x: 3.0 * x, 0.5, 0.0, 1.0)
     assert found == pytest.approx(1.0, abs=5 * WITHIN)
+
+
+def test_of_several_tops_the_highest_is_found() -> None:
+    def tops(x: float) -> float:
+        return math.exp(-0.5 * ((x - 1.0) / 0.8) ** 2) + 2.0 * math.exp(-0.5 * ((x - 3.3) / 0.4) ** 2)
+
+    assert highest(tops, np.linspace(-4.0, 4.0, 17), WITHIN) == pytest.approx(3.3, abs=0.01)

@@ -7,6 +7,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from gsense_fusion.identification.types import FloatArray
+
 PARABOLA_PART = 0.1
 """Of the way between the bounds: how far from the start the first parabola is looked at."""
 MOST_PARABOLAS = 5
@@ -35,6 +37,14 @@ def sections(value: Callable[[float], float], low: float, high: float, within: f
         lambda x: -value(float(x)), bounds=(low, high), method="bounded", options={"xatol": within, "maxiter": 14}
     )
     return float(found.x)
+
+
+def highest(value: Callable[[float], float], places: FloatArray, within: float) -> float:
+    """The same where there are several tops: about the best of some increasing places, shape (p,) of at least two."""
+    best = int(np.argmax([value(float(p)) for p in places]))
+    below, above = places[max(best - 1, 0)], places[min(best + 1, len(places) - 1)]
+    found = sections(value, float(below), float(above), within)
+    return found if value(found) > value(float(places[best])) else float(places[best])
 
 
 def _by_parabolas(

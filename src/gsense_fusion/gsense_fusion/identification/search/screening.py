@@ -6,7 +6,7 @@ import numpy as np
 
 from gsense_fusion.identification.likelihood.bins import USED_BAND, window_bins
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise
+from gsense_fusion.identification.likelihood.slow import Blocks, Drift, SlowNoise
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.search.alternatives import slow_residual, step_places, steps
 from gsense_fusion.identification.types import FloatArray
@@ -42,6 +42,18 @@ def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
     gains = zip(gain.tolist(), step_places(blocks).tolist(), strict=True)
     best = sorted(gains, reverse=True)[:TRIED]
     return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
+
+
+def instants_about(blocks: Blocks, instant: float, step: float) -> FloatArray:
+    """Instants a step apart in the block that an instant is in, or that follows it, and in the one before, s.
+
+    Block means tell no more: what steps within a block looks like a step at either end of it, and the gap between two
+    blocks is a top of its own beside it.
+    """
+    start, end = np.sort(blocks.time - blocks.duration / 2), np.sort(blocks.time + blocks.duration / 2)
+    at = min(int(np.searchsorted(end, instant, side="right")), len(blocks) - 1)
+    ranges = [(start[i], end[i]) for i in (at - 1, at) if i >= 0]
+    return np.concatenate([np.linspace(a, b, 1 + max(1, round((b - a) / step))) for a, b in ranges])
 
 
 def step_gains(

@@ -9,9 +9,9 @@ import numpy as np
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.interval import instant
-from gsense_fusion.identification.search.peak import peak, sections
-from gsense_fusion.identification.search.screening import screened
+from gsense_fusion.identification.search.interval import OUT_DROP, instant
+from gsense_fusion.identification.search.peak import highest, peak, sections
+from gsense_fusion.identification.search.screening import instants_about, screened
 
 REFINED_TO = 2e-3
 """Of the way between the neighbours on the grid."""
@@ -104,18 +104,19 @@ class Tuning:
                 else:
                     in_vain[spec.field] = fit
         for spec in (s for s in specs if s.gaps):
-            fit = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, self._instant(fit, spec)), fit)
+            fit = self._at_mean_instant(fit, spec)
         return fit
 
-    def _instant(self, fit: Fit, spec: TemplateSpec) -> float:
-        """The mean of an instant; looked for once in each neighbourhood, whatever else is in the model."""
+    def _at_mean_instant(self, fit: Fit, spec: TemplateSpec) -> Fit:
+        """A fit at the mean of an instant; one that a smaller model had nearby will do where it fits as well."""
         value = fit.templates.get(spec.field, spec.default)
-        known = (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible)
-        mean = next(known, None)
-        if mean is None:
-            mean, _ = instant(self.likelihood, fit, spec)
-            self._instants.append((value, mean))
-        return mean
+        for mean in (mean for near, mean in self._instants if abs(near - value) < 2 * spec.plausible):
+            moved = self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, mean), fit)
+            if fit.loglik - moved.loglik < OUT_DROP:
+                return moved
+        mean, _ = instant(self.likelihood, fit, spec)
+        self._instants.append((value, mean))
+        return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, mean), fit)
 
     def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
         """A searched parameter between its neighbours on the grid (or its plausible distance)."""
@@ -135,6 +136,9 @@ class Tuning:
         within = (high - low) * REFINED_TO
         if spec.grid:
             best = peak(lambda v: evaluate(v).loglik, centre, low, high, within)
+        elif spec.gaps:
+            places = instants_about(self.likelihood.blocks, centre, spec.plausible / 4)
+            best = highest(lambda v: evaluate(v).loglik, places, within)
         else:  # lines beside lines: the highest one need not be the nearest
             best = sections(lambda v: evaluate(v).loglik, low, high, within)
         if spec.optional and 2 * (evaluate(best).loglik - fit.loglik) < HOPELESS * np.log(self.likelihood.samples):

@@ -57,13 +57,22 @@ def settling(blocks: Blocks) -> FloatArray:
     return np.asarray(1.0 - np.exp(-(blocks.time - start)[:, None] / np.array(SETTLING_S)))
 
 
-def rather_gradual(likelihood: Likelihood, rest: Fit) -> str | None:
-    """The course that explains what a model without a step leaves better than any step does; None where none does."""
+def rather_gradual(likelihood: Likelihood, rest: Fit, instant: float) -> str | None:
+    """The course that explains what a model without a step leaves better than any step does; None where none does.
+
+    Args:
+        likelihood: Of the data.
+        rest: The model without the step.
+        instant: Where the step was found, s: within a block it is no step between blocks.
+
+    """
     tried = courses(likelihood)
-    if not tried.words:
+    found_step = _block_means(likelihood, lambda drivers: (drivers.time > instant).astype(float))
+    if not tried.words or found_step is None:
         return None
-    found = gains(likelihood.slow, slow_residual(likelihood, rest), tried.columns, known_columns(likelihood, rest))
-    best = int(np.argmax(found))
+    columns = np.column_stack([found_step, tried.columns])
+    gained = gains(likelihood.slow, slow_residual(likelihood, rest), columns, known_columns(likelihood, rest))
+    best = int(np.argmax(gained)) - 1
     return None if best < tried.steps else tried.words[best]
 
 

@@ -95,8 +95,10 @@ def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
     if p > OPEN_ALPHA:
         return Refusal(f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
-    if name == JUMP and (course := rather_gradual(selection.likelihood, rest)) is not None:
-        return Refusal(f"explains less than a gradual change ({course}): no claim")
+    if name == JUMP:
+        course = rather_gradual(selection.likelihood, rest, best.templates.get("jump_time_s"))
+        if course is not None:
+            return Refusal(f"explains less than a gradual change ({course}): no claim")
     if p > SLOW_ALPHA:
         return Refusal(f"drift alone gains as much in {100 * p:.2g} % of sessions", undecided=True)
     return None
