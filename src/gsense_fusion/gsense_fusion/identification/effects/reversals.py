@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from gsense_fusion.identification.effects.base import step_of
@@ -87,14 +89,13 @@ def reversals(position: FloatArray, velocity: FloatArray, step_s: float) -> tupl
     cross = zero_crossings(velocity)
     if not len(cross):
         return cross, cross
-    where = _reversal_position(cross, position, velocity, step_s)
-    while len(cross) > 1:
-        way = np.abs(np.diff(where))
-        i = int(np.argmin(way))
-        if way[i] >= TURNED_M:
-            break
-        cross, where = np.delete(cross, [i, i + 1]), np.delete(where, [i, i + 1])
-    return cross, where
+    at, where = cross.tolist(), _reversal_position(cross, position, velocity, step_s).tolist()
+    way = [abs(b - a) for a, b in pairwise(where)]
+    while way and min(way) < TURNED_M:
+        i = way.index(min(way))
+        del at[i : i + 2], where[i : i + 2]
+        way[max(0, i - 1) : i + 2] = [abs(where[i] - where[i - 1])] if 0 < i < len(where) else []
+    return np.array(at), np.array(where)
 
 
 def _reversal_position(cross: FloatArray, position: FloatArray, velocity: FloatArray, step: float) -> FloatArray:

@@ -131,7 +131,9 @@ class Likelihood:
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}
         self.rest_drift = initial_drift(noise)
-        self._rotations = self.columns.vectors(tuple(e for e in effects if e.owner is Owner.RIG))
+        turning = tuple(e for e in effects if e.owner is Owner.RIG and e.parameters)
+        self._rotations = self.columns.vectors(turning)
+        self._turning = frozenset(e.name for e in turning)
         self.searched: dict[tuple[frozenset[str], Templates, str], tuple[FloatArray, FloatArray]] = {}
         """What `interval.searched` found out."""
         self._slow_names = frozenset(e.name for e in effects if e.slow)
@@ -199,9 +201,8 @@ class Likelihood:
         if start is not None:
             return self._solve(self._posed(names, templates, start.drift), _squares(start), kept)
         posed = self._posed(names, templates, self._drift_of(names, templates))
-        turns = any(len(np.intersect1d(g, posed.index)) for g in self._rotations)
         fit = self._solve(posed, (FIRST_SIZE * self.columns.plausible) ** 2, kept)
-        for _ in range(ALIGNMENT_ROUNDS if turns else 0):
+        for _ in range(ALIGNMENT_ROUNDS if names & self._turning else 0):
             fit = self._solve(posed, _squares(fit), kept)
         return fit
 

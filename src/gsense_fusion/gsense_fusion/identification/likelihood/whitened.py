@@ -27,6 +27,8 @@ from gsense_fusion.identification.types import FloatArray
 
 KEPT_ROWS = 160
 KEPT_GRAMS = 64
+KEPT_PRODUCTS = 10_000
+"""Each has some kilobytes, where the rows that it is made of have a megabyte."""
 
 
 def whiten(series: FloatArray, bins: Bins) -> FloatArray:
@@ -72,6 +74,7 @@ class WhitenedCampaign:
         self._rows: dict[tuple[str, Templates], _Rows] = {}
         self._means: dict[tuple[str, Templates], FloatArray] = {}
         self._cross: dict[tuple[str, Templates], FloatArray] = {}
+        self._products: dict[tuple[str, Templates, str, Templates], FloatArray] = {}
         self._grams: dict[frozenset[tuple[str, Templates]], _Grams] = {}
         measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
         # terms that have to be bought are made when the search asks for them
@@ -185,9 +188,14 @@ class WhitenedCampaign:
 
     def _product(self, e: Effect, f: Effect, own: Mapping[str, Templates]) -> FloatArray:
         """Products of two effects' columns by run, shape (runs, p, q)."""
-        a, b = self.rows(e, own[e.name]), self.rows(f, own[f.name])
-        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
-        return _spread_out(inner, a.spread, b.spread)
+        key = (e.name, own[e.name], f.name, own[f.name])
+        if key not in self._products:
+            if len(self._products) > KEPT_PRODUCTS:
+                del self._products[next(iter(self._products))]
+            a, b = self.rows(e, own[e.name]), self.rows(f, own[f.name])
+            inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
+            self._products[key] = _spread_out(inner, a.spread, b.spread)
+        return self._products[key]
 
     def _crossed(self, effect: Effect, templates: Templates) -> FloatArray:
         """Products of an effect's columns with all default columns and the measured rate, shape (runs, p, P + 1)."""

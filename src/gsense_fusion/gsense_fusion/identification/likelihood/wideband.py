@@ -28,6 +28,7 @@ DELAY_STEP_S = 1e-3
 """The gyro's delay counts here in such steps: what the filter's phase is off by would pass for a fraction of a
 millisecond at these frequencies."""
 KEPT = 32
+KEPT_PRODUCTS = 1000
 DELAYS_S = tuple(0.003 * k for k in range(16))
 """By which the gyro may be later than the accelerometer; between them the rate of change stands for the rest."""
 
@@ -49,15 +50,19 @@ class WideBand:
         self._vibration: Rows = []
         self._measured: list[FloatArray] = []
         self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
+        self._products: dict[tuple[tuple[str, Templates], ...], list[tuple[FloatArray, FloatArray]]] = {}
 
     def products(self, effects: Sequence[Effect], templates: Templates) -> list[tuple[FloatArray, FloatArray]]:
         """X'X (p, p) and X'y (p,) of the effects' columns in their order, for each fit run."""
-        self._prepare()
-        out = []
-        for number, y in enumerate(self._measured):
-            X = np.concatenate([self._of(e, templates)[number] for e in effects], axis=1)
-            out.append((X.T @ X, X.T @ y))
-        return out
+        key = tuple(self._key(e, templates) for e in effects)
+        if key not in self._products:
+            if len(self._products) > KEPT_PRODUCTS:
+                del self._products[next(iter(self._products))]
+            self._prepare()
+            columns = [self._of(e, own) for e, own in zip(effects, key, strict=True)]
+            X = [np.concatenate(parts, axis=1) for parts in zip(*columns, strict=True)]
+            self._products[key] = [(x.T @ x, x.T @ y) for x, y in zip(X, self._measured, strict=True)]
+        return self._products[key]
 
     def _prepare(self) -> None:
         if self._windows is not None:
@@ -96,11 +101,16 @@ class WideBand:
                 weight[:, axis] /= np.sqrt(max(1.0, float(np.median(power)) / np.log(2.0)))
         return Bins(bins.keep, bins.frequency, weight, bins.samples, bins.noise)
 
-    def _of(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
+    @staticmethod
+    def _key(effect: Effect, templates: Templates) -> tuple[str, Templates]:
+        """What an effect's rows depend on."""
         templates = templates.only(fields_of(effect))
         if templates.gyro_delay_s:
             templates = templates.set(DELAY, round(templates.gyro_delay_s / DELAY_STEP_S) * DELAY_STEP_S)
-        key = (effect.name, templates)
+        return effect.name, templates
+
+    def _of(self, effect: Effect, key: tuple[str, Templates]) -> tuple[FloatArray, ...]:
+        """Rows by run, (rows, p)."""
         if key not in self._rows:
             if len(self._rows) > KEPT:
                 self._rows.clear()

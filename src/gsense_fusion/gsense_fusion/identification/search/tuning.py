@@ -70,7 +70,8 @@ class Tuning:
             points = self._points[name]
             if specs[0].owns_effect:  # alone, a delay stands for whatever is out of phase: elsewhere it may be small
                 points = [*points, *({specs[0].field: value} for value in specs[0].grid)]
-            return [self._at(names, templates, point) for point in points]
+            apart = {tuple(point.items()): point for point in points}
+            return [self._at(names, templates, point) for point in apart.values()]
         grids = [self._grid(t, names, name) for t in specs]
         points = [dict(zip((t.field for t in specs), p, strict=True)) for p in itertools.product(*grids)]
         tried = sorted((self._at(names, templates, p) for p in points), key=lambda f: -f.loglik)
