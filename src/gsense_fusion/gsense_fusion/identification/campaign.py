@@ -29,6 +29,8 @@ EDGE_S = 0.15
 MIN_STILL_S = 1.0
 FAST_LENGTH_FROM = 500
 MIN_MOVING_S = 4.0
+BEND_S = 0.5
+"""How far the bend at an encoder's gap is felt in a motion that is no steady sine."""
 LONG_GAP_S = 0.1
 """A line through a gap of this length leaves 8 % of what 8 rad/s did within it; longer ones end a window."""
 
@@ -132,10 +134,13 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
 
 
 def _heard(run: CleanRun, motion: CarriageMotion, delay: float) -> BoolArray:
-    """Samples at which the encoder was not silent for long, shape (n,)."""
+    """Samples at which the encoder was not silent for long, shape (n,).
+
+    The bend of a line into a gap is an acceleration that the band limit spreads to both sides.
+    """
     heard = np.ones(len(run), dtype=bool)
     for gap in motion.silent:
-        heard &= (run.time < gap.start + delay) | (run.time > gap.stop + delay)
+        heard &= (run.time < gap.start + delay - BEND_S) | (run.time > gap.stop + delay + BEND_S)
     return heard
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, fit_harmonics
+from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, fit_harmonics, refined_guess
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 STILL_SPAN_S = 0.5
@@ -167,6 +167,8 @@ def _sine_of_middle(
     if middle.sum() < 50:
         return None
     guess = _dominant_angular_frequency(t[middle], s[middle])
+    if not heard[middle].all():
+        guess = refined_guess(t[middle & heard], s[middle & heard], guess)
     period = 2 * np.pi / guess
     if period * MIN_PERIODS > moving.duration or period > float(np.ptp(t[middle])):
         return None
@@ -174,7 +176,7 @@ def _sine_of_middle(
     if used.sum() < 50:
         return None
     fit = fit_harmonics(t[used], s[used], guess)
-    quantum = _quantum(s)
+    quantum = _quantum(s[heard])
     tolerance = 6 * max(fit.residual_rms, quantum)
     if fit.amplitude < 20 * quantum or fit.residual_rms > 2e-3 * fit.amplitude + quantum:
         return None

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
-from gsense_fusion.identification.motion.harmonics import HIGHEST_HARMONIC_HZ, Harmonics
+from gsense_fusion.identification.motion.harmonics import HIGHEST_HARMONIC_HZ, WORST_CONDITION, Harmonics
 from gsense_fusion.identification.motion.phasors import normal_matrix, phasors
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
@@ -34,9 +34,6 @@ APART = 2.0
 """Least distance of two orders, folded, in units of what the window resolves."""
 MIN_SAMPLES = 200
 SAMPLES_PER_ORDER = 5
-WORST_CONDITION = 1e4
-"""Of the orders' normal matrix. Whole periods have some tens; where gaps leave a part of every period out, a sum of
-many orders can be anything there."""
 
 
 def with_felt_orders(

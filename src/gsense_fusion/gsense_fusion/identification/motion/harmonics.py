@@ -12,6 +12,9 @@ from gsense_fusion.identification.types import ComplexArray, FloatArray, IntArra
 HIGHEST_HARMONIC_HZ = 20.0
 MAX_HARMONICS = 40
 KEEP_SIGMA = 5.0
+WORST_CONDITION = 1e4
+"""Of the orders' normal matrix. Whole periods have some tens; where gaps leave a part of every period out, a sum of
+many orders can be anything there."""
 LOCKED_PART = 0.2
 """Of the deviation that rounding to counts makes: what stays in each order, as it repeats with the drive."""
 
@@ -112,9 +115,27 @@ def fit_harmonics(time: FloatArray, position: FloatArray, guess: float) -> Harmo
     return _keep_significant(t, position, w, max(1, highest), origin)
 
 
+def refined_guess(time: FloatArray, position: FloatArray, guess: float) -> float:
+    """Angular frequency in rad/s of the likeliest sine about a guess that the line through a gap has bent.
+
+    Args:
+        time: s, shape (n,), with gaps.
+        position: m, shape (n,).
+        guess: rad/s.
+
+    """
+    t = time - time.mean()
+    tried = np.arange(0.5 * guess, 2.0 * guess, 0.5 / float(np.ptp(t)))
+    sines = [_columns(t, w, 1) for w in tried]
+    left = [float(np.sum((position - X @ least_squares(X, position)) ** 2)) for X in sines]
+    return float(tried[int(np.argmin(left))])
+
+
 def _keep_significant(t: FloatArray, position: FloatArray, w: float, highest: int, origin: float) -> Harmonics:
     powers = phasors(w * t, highest)
     orders = np.arange(1, highest + 1)
+    while len(orders) > 1 and np.linalg.cond(normal_matrix(powers, orders), 1) > WORST_CONDITION:
+        orders = orders[: len(orders) // 2]
     for _ in range(2):
         fit = _fit_orders(powers, position, orders)
         keep = np.abs(fit.size) > KEEP_SIGMA * fit.rms * np.sqrt(2.0 / len(t))
