@@ -62,3 +62,17 @@ def test_what_a_strong_tone_leaks_is_left_out_too() -> None:
     assert np.mean(over[near]) < 1.3
     assert np.max(over[near]) < 4.0
     assert len(noise.tones) == 1
+
+
+@pytest.mark.parametrize("at_rest", [True, False])
+def test_a_tone_that_only_the_stops_around_motion_have_is_not_the_rests(at_rest: bool) -> None:
+    """The motor hums on while the carriage waits for its run to begin."""
+    rng = np.random.default_rng(5)
+
+    def window(seconds: float, amplitude: float) -> np.ndarray:
+        t = np.arange(0, seconds, 1 / RATE_HZ)
+        return 1e-4 * rng.standard_normal(len(t)) + amplitude * np.sin(2 * np.pi * MAINS_HZ * t + rng.uniform(0, 6))
+
+    long = [window(60.0, 1e-4 if at_rest else 0.0) for _ in range(2)]
+    noise = fit_noise(long + [window(2.0, 1e-4) for _ in range(20)], RATE_HZ)
+    assert [t.frequency_hz for t in noise.tones] == ([pytest.approx(MAINS_HZ, abs=0.02)] if at_rest else [])
