@@ -256,6 +256,11 @@ class Likelihood:
         beta = self._all(part, index)
         return Fit(posed.names, posed.templates, loglik, beta, full, rank, drift, delta, best)
 
+    def moving_loglik(self, fit: Fit) -> float:
+        """Log-likelihood of the moving windows alone at a fit's parameters: no drift reaches into it."""
+        grams = self.fast.mounting_grams(fit.templates, fit.names)
+        return sum(self._loglik(gram, fit.beta_in(mounting)) for mounting, gram in grams.items())
+
     def _all(self, part: FloatArray, index: IntArray) -> FloatArray:
         """Coefficients (k,) among all columns, zero elsewhere, shape (P,)."""
         out = np.zeros(self.columns.total)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gsense_fusion.identification.campaign import Window
 from gsense_fusion.identification.likelihood.bins import USED_BAND, window_bins
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.likelihood.slow import Blocks, Drift, SlowNoise
+from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.search.alternatives import slow_residual, step_places, steps
 from gsense_fusion.identification.types import FloatArray
@@ -44,16 +45,26 @@ def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
     return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
 
 
-def instants_about(blocks: Blocks, instant: float, step: float) -> FloatArray:
+def instants_about(likelihood: Likelihood, instant: float, step: float) -> FloatArray:
     """Instants a step apart in the block that an instant is in, or that follows it, and in the one before, s.
 
     Block means tell no more: what steps within a block looks like a step at either end of it, and the gap between two
-    blocks is a top of its own beside it.
+    blocks is a top of its own beside it. Blocks are whole: what is left of their stretch at its end counts with them.
     """
-    start, end = np.sort(blocks.time - blocks.duration / 2), np.sort(blocks.time + blocks.duration / 2)
-    at = min(int(np.searchsorted(end, instant, side="right")), len(blocks) - 1)
-    ranges = [(start[i], end[i]) for i in (at - 1, at) if i >= 0]
-    return np.concatenate([np.linspace(a, b, 1 + max(1, round((b - a) / step))) for a, b in ranges])
+    ranges = np.array([_stretch(likelihood, number, block) for number, block in likelihood.cuts])
+    ranges = ranges[np.argsort(ranges[:, 0])]
+    at = min(int(np.searchsorted(ranges[:, 1], instant, side="right")), len(ranges) - 1)
+    near = ranges[max(at - 1, 0) : at + 1]
+    return np.concatenate([np.linspace(a, b, 1 + max(1, round((b - a) / step))) for a, b in near])
+
+
+def _stretch(likelihood: Likelihood, number: int, block: Window) -> tuple[float, float]:
+    """A block's first and last instant, s; the last block of a steady stretch reaches to the end of that."""
+    data = likelihood.campaign.fit[number]
+    whole = next(w for w in data.windows if w.start <= block.start and block.stop <= w.stop)
+    later = any(n == number and block.stop <= b.start < whole.stop for n, b in likelihood.cuts)
+    stop = block.stop if later else whole.stop
+    return float(data.run.time[block.start]), float(data.run.time[stop - 1])
 
 
 def step_gains(

@@ -138,7 +138,7 @@ class Tuning:
         if spec.grid:
             best = peak(lambda v: evaluate(v).loglik, centre, low, high, within)
         elif spec.gaps:
-            places = instants_about(self.likelihood.blocks, centre, spec.plausible / 4)
+            places = instants_about(self.likelihood, centre, spec.plausible / 4)
             best = highest(lambda v: evaluate(v).loglik, places, within)
         else:  # lines beside lines: the highest one need not be the nearest
             best = sections(lambda v: evaluate(v).loglik, low, high, within)

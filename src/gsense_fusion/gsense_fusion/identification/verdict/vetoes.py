@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
@@ -23,6 +24,8 @@ SLOW_ALPHA = FAMILY_ALPHA / FAMILIES
 """Of what block means alone show: the chance that drift makes any of the slow alternatives gain as much."""
 OPEN_ALPHA = 0.01
 """The same up to which such an effect is no claim, but undecided rather than absent."""
+INSTANT_SHARE = 0.1
+"""Of the level of a slow effect, for a second way to it."""
 FELT_CLAIM_GAIN = 40.0
 """Least gain in twice the log-likelihood of what the accelerometer alone shows (a tilt with the speed, which hides in
 G for the gyro)."""
@@ -93,6 +96,7 @@ def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     """Why drift alone, or for a step something gradual, may be what an effect of the block means explains."""
     rest = fit_without(selection, best, name)
     p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
+    p = min(p, _p_of_instant(selection, best, rest, name))
     if p > OPEN_ALPHA:
         return Refusal(f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
     if name == JUMP:
@@ -102,6 +106,21 @@ def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     if p > SLOW_ALPHA:
         return Refusal(f"drift alone gains as much in {100 * p:.2g} % of sessions", undecided=True)
     return None
+
+
+def _p_of_instant(selection: Selection, best: Fit, rest: Fit, name: str) -> float:
+    """Chance that noise in motion makes a step look as sudden as it does within a run, at any instant of any run.
+
+    Block means alone cannot tell a step in the middle of a block from drift, the samples of the run can.
+    """
+    apart_s = next((t.plausible for t in selection.effects[name].templates if t.gaps), None)
+    if apart_s is None:
+        return 1.0
+    likelihood = selection.likelihood
+    gain = 2 * (likelihood.moving_loglik(best) - likelihood.moving_loglik(rest))
+    windows = (len(w) / r.run.rate_hz for r in likelihood.campaign.fit for w in r.windows if w.moving)
+    instants = max(1.0, sum(windows) / apart_s)
+    return float(min(1.0, instants / INSTANT_SHARE * chi2.sf(max(gain, 0.0), 1 + len(likelihood.slow))))
 
 
 def _only_felt(selection: Selection, best: Fit, name: str) -> bool:
