@@ -141,6 +141,16 @@ def test_message_to_a_page():
     assert message["attitude"]["gcomp"]["angles"][0] == pytest.approx(math.degrees(0.02), abs=1e-3)
 
 
+def test_without_a_filter_the_usual_sensor_comes_first() -> None:
+    state = GraphState()
+    for name in ("bno055", "lisy300", "mpu6050"):
+        _ = state.sensors[name]
+    assert graph_message(state, Viewing(), now=0.0)["sensor"] == "mpu6050"
+    state.filters["lisy300"] = ("madgwick",)
+    assert graph_message(state, Viewing(), now=0.0)["sensor"] == "lisy300"
+    assert graph_message(state, Viewing(sensor="bno055"), now=0.0)["sensor"] == "bno055"
+
+
 def test_message_of_an_empty_graph():
     message = graph_message(GraphState(), Viewing(), now=0.0)
     json.dumps(message, allow_nan=False)

@@ -30,6 +30,7 @@ from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.identification.verdict.aliases import with_aliases
 from gsense_fusion.identification.verdict.claims import Claims, judge
+from gsense_fusion.identification.verdict.turned_field import beyond_turns
 
 __all__ = ["Settings", "analyse", "close_loop"]
 
@@ -98,6 +99,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         raise IdentificationError(
             f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs"
         )
+    seen = beyond_turns(seen, folds)
     return Analysis(
         settings,
         tuple(clean),

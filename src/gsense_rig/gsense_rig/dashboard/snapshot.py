@@ -37,6 +37,10 @@ class Viewing:
         return {"afresh": new.afresh, "rows": new.rows}
 
 
+USUAL_SENSOR = "mpu6050"
+"""The default of the commands' `--sensor`."""
+
+
 def plain_filters(names: tuple[str, ...]) -> list[str]:
     """Filters of topic names, each once: with `vqf_gcomp` alone, `vqf`."""
     return sorted({name.removesuffix(GCOMP) for name in names})
@@ -69,8 +73,9 @@ def graph_message(state: GraphState, viewing: Viewing, now: float) -> dict[str, 
 
 
 def _first_choice(state: GraphState, sensors: list[str]) -> str:
-    """A sensor whose orientation is published, else any."""
-    return next((name for name in sensors if state.filters.get(name)), next(iter(sensors), ""))
+    """A sensor whose orientation is published, else the one that every command takes, else any."""
+    with_filters = [name for name in sensors if state.filters.get(name)]
+    return next(iter([*with_filters, *(name for name in sensors if name == USUAL_SENSOR), *sensors]), "")
 
 
 def _rig(state: GraphState, now: float) -> dict[str, Any] | None:
