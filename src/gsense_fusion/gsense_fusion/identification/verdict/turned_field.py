@@ -25,7 +25,8 @@ def beyond_turns(seen: Seen, folds: Sequence[Held]) -> Seen:
     if not made:
         return seen
     notes = tuple(
-        f"{r.symptom}: no more than the carriage's turn by {np.degrees(turn):.2g} deg may make of the earth's field"
+        f"{r.symptom.partition(',')[0]}, but by no more than the carriage's turn by {np.degrees(turn):.2g} deg may make "
+        "of the earth's field"
         for r in made.values()
     )
     return replace(
