@@ -20,9 +20,9 @@ from gsense_fusion.identification.motion.earth import without_earth_rate
 from gsense_fusion.identification.motion.mounting import NOMINAL, wandering_delay
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.rest import noise_at_rest
-from gsense_fusion.identification.noise.spectrum import at_least
+from gsense_fusion.identification.noise.spectrum import NoiseModel, at_least
 from gsense_fusion.identification.outcome.assembly import assemble
-from gsense_fusion.identification.recording.clock import on_one_clock
+from gsense_fusion.identification.recording.clock import Skew, on_one_clock
 from gsense_fusion.identification.recording.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.recording.stillness import expand_still
 from gsense_fusion.identification.result import LoopResult
@@ -57,28 +57,13 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     say("grid, losses and sessions", 0.02)
     clean = clean_runs(runs)
     say("motion, mounting and delay", 0.05)
-    campaign, skew = on_one_clock(split_single(expand_still(clean)))
-    if settings.site is not None:
-        campaign = without_earth_rate(campaign, settings.site)
-    if not campaign.fit:
-        raise IdentificationError("every run is held out: name runs to fit with --fit")
-    if not any(r.windows for r in campaign.fit):
-        raise IdentificationError(
-            f"{campaign.fit[0].run.path}: the carriage neither moves steadily for {MIN_MOVING_S:g} s nor rests for "
-            f"{MIN_STILL_S:g} s in any run to fit"
-        )
+    campaign, skew = _campaign(clean, settings)
     say("noise at rest", 0.15)
     known = (*(e for e in settings.catalogue if isinstance(e, RecordedEffect)), *RECORDED)
     names = frozenset(e.name for e in settings.catalogue)
     recording = Recording(tuple(clean), campaign, skew, names)
     seen = look_at(recording, tuple({e.name: e for e in reversed(known)}.values()), names)
-    noise, notes = noise_at_rest(campaign)
-    rounded = rounding(recording)
-    if rounded is not None:
-        least = rounded.spectrum(campaign.rate_hz)
-        noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
-    drifting = wandering_delay([r.geometry for r in campaign.runs])
-    notes += () if drifting is None else (drifting,)
+    noise, notes, rounded = _noise(campaign, recording)
     source = DriverSource(campaign, Response.of(noise, campaign.rate_hz))
     fitted = tuple(e for e in settings.catalogue if not isinstance(e, RecordedEffect))
     effects, undecidable = decidable(fitted, campaign, source)
@@ -114,6 +99,33 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         seen,
         rounded,
     )
+
+
+def _campaign(clean: Sequence[CleanRun], settings: Settings) -> tuple[Campaign, Skew | None]:
+    """Motion and mounting of the runs on one clock, without earth rate where the site is known."""
+    campaign, skew = on_one_clock(split_single(expand_still(clean)))
+    if settings.site is not None:
+        campaign = without_earth_rate(campaign, settings.site)
+    if not campaign.fit:
+        raise IdentificationError("every run is held out: name runs to fit with --fit")
+    if not any(r.windows for r in campaign.fit):
+        raise IdentificationError(
+            f"{campaign.fit[0].run.path}: the carriage neither moves steadily for {MIN_MOVING_S:g} s nor rests for "
+            f"{MIN_STILL_S:g} s in any run to fit"
+        )
+    return campaign, skew
+
+
+def _noise(campaign: Campaign, recording: Recording) -> tuple[dict[int, NoiseModel], tuple[str, ...], Rounding | None]:
+    """Noise by axis, never under what rounding makes; what there is to say of it, and the rounding."""
+    noise, notes = noise_at_rest(campaign)
+    rounded = rounding(recording)
+    if rounded is not None:
+        least = rounded.spectrum(campaign.rate_hz)
+        noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
+    drifting = wandering_delay([r.geometry for r in campaign.runs])
+    notes += () if drifting is None else (drifting,)
+    return noise, notes, rounded
 
 
 def beyond_rounding(claims: Claims, rounded: Rounding | None) -> Claims:

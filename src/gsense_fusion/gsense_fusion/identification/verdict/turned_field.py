@@ -24,11 +24,8 @@ def beyond_turns(seen: Seen, folds: Sequence[Held]) -> Seen:
     made = {n: r for n, r in seen.readings.items() if n in (POSITION, MOTOR) and _change(r) < EARTH_FIELD * turn}
     if not made:
         return seen
-    notes = tuple(
-        f"{r.symptom.partition(',')[0]}, but by no more than the carriage's turn by {np.degrees(turn):.2g} deg may make "
-        "of the earth's field"
-        for r in made.values()
-    )
+    most = f"the carriage's turn by {np.degrees(turn):.2g} deg may make of the earth's field"
+    notes = tuple(f"{r.symptom.partition(',')[0]}, but by no more than {most}" for r in made.values())
     return replace(
         seen, readings={n: r for n, r in seen.readings.items() if n not in made}, notes=(*seen.notes, *notes)
     )
