@@ -137,18 +137,7 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
     axes = tuple(i for i in range(3) if imu.rate_axes[i] and np.isfinite(imu.angular_rate[:, i]).all())
     if not axes:
         raise IdentificationError(f"{run.path}: {run.topic} reports no angular rate")
-    rate = np.zeros((n, 3))
-    force = np.full((n, 3), np.nan)
-    grid = np.arange(n)
-    for axis in range(3):
-        if axis in axes:
-            rate[:, axis] = np.interp(grid, index, imu.angular_rate[:, axis])
-        if run.beside is None:
-            force[:, axis] = np.interp(grid, index, imu.specific_force[:, axis])
-        else:  # a board's accelerometer feels for all its gyros
-            force[:, axis] = np.interp(
-                time, (run.beside.stamp_ns - epoch_ns) * 1e-9, run.beside.specific_force[:, axis]
-            )
+    rate, force = _on_grid(run, axes, index, time, epoch_ns)
     return CleanRun(
         name=run.name,
         path=str(run.path),
@@ -175,6 +164,23 @@ def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
         magnetic=field_record(run, epoch_ns),
         motor=motor_record(run, epoch_ns),
     )
+
+
+def _on_grid(
+    run: Run, axes: tuple[int, ...], index: IntArray, time: FloatArray, epoch_ns: int
+) -> tuple[FloatArray, FloatArray]:
+    """Angular rate (zero on axes that are not there) and specific force at the grid's times, shape (n, 3) each."""
+    imu, beside, grid = run.imu, run.beside, np.arange(len(time))
+    rate = np.zeros((len(time), 3))
+    force = np.empty((len(time), 3))
+    for axis in range(3):
+        if axis in axes:
+            rate[:, axis] = np.interp(grid, index, imu.angular_rate[:, axis])
+        if beside is None:
+            force[:, axis] = np.interp(grid, index, imu.specific_force[:, axis])
+        else:  # a board's accelerometer feels for all its gyros
+            force[:, axis] = np.interp(time, (beside.stamp_ns - epoch_ns) * 1e-9, beside.specific_force[:, axis])
+    return rate, force
 
 
 def _check_encoder(path: Path, position: FloatArray) -> None:
