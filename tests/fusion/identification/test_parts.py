@@ -16,7 +16,7 @@ from tests.study.simulator.parameters import DEG, ChainParameters
 from gsense_fusion.bags.run import ImuSeries, JointSeries, PoseSeries, Run
 from gsense_fusion.identification.campaign import build_campaign
 from gsense_fusion.identification.effects.g_resonance import resonant
-from gsense_fusion.identification.effects.reversals import rock_rate
+from gsense_fusion.identification.effects.reversals import Travel
 from gsense_fusion.identification.effects.speed_noise import _slope
 from gsense_fusion.identification.motion.carriage import CarriageMotion
 from gsense_fusion.identification.noise.spectrum import fit_noise
@@ -279,7 +279,7 @@ def test_a_resonance_far_above_the_drive_is_the_acceleration_itself() -> None:
 def test_a_reversal_turns_by_twice_the_play() -> None:
     t = np.arange(0, 30, 0.01)
     s, v = 0.15 * np.sin(2 * t), 0.3 * np.cos(2 * t)
-    angle = np.cumsum(rock_rate(t, s, v, 3e-4)) * 0.01
+    angle = np.cumsum(Travel.of(t, s, v).rate(3e-4)) * 0.01
     between = angle[(np.abs(s) < 0.1) & (t > 1)]
     assert np.ptp(between) == pytest.approx(2.0, abs=0.05)
     assert np.abs(np.abs(between - between.mean()) - 1.0).max() < 0.1

@@ -11,7 +11,7 @@ from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.identification.effects.reversal_rock import lagged
-from gsense_fusion.identification.effects.reversals import reversals, rock_angle, to_go, zero_crossings
+from gsense_fusion.identification.effects.reversals import Travel, reversals, to_go, zero_crossings
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, analysed, finding, names
@@ -33,7 +33,7 @@ def test_ripple_about_the_place_where_the_carriage_sticks_is_no_reversal() -> No
     assert len(found) == len(true) == len(zero_crossings(smooth[1]))
     assert found * step == pytest.approx(true * step, abs=0.2)
     assert where == pytest.approx(places, abs=1e-4)
-    error = rock_angle(t, position, velocity, 4e-4) - rock_angle(t, *smooth, 4e-4)
+    error = Travel.of(t, position, velocity).angle(4e-4) - Travel.of(t, *smooth).angle(4e-4)
     assert np.sqrt(np.mean(error**2)) < 0.1
 
 

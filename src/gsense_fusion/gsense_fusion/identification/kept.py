@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache, wraps
-from typing import ParamSpec, TypeVar
+from typing import Concatenate, ParamSpec, TypeVar
 from weakref import WeakKeyDictionary, WeakMethod
 
 A = TypeVar("A")
@@ -35,14 +35,17 @@ def kept(size: int | None, method: Callable[P, R]) -> Callable[P, R]:
     return lru_cache(maxsize=size)(weakly(method))  # type: ignore[return-value] # it takes any hashable arguments
 
 
-def once_for(function: Callable[[A], R]) -> Callable[[A], R]:
-    """A function of an object, called once for each; its result must not hold the object."""
+def once_for(function: Callable[Concatenate[A, P], R]) -> Callable[Concatenate[A, P], R]:
+    """A function of an object, called once for each; its result must not hold the object.
+
+    What else the function takes must always be the same for the same object.
+    """
     found: WeakKeyDictionary[A, R] = WeakKeyDictionary()
 
     @wraps(function)
-    def call(of: A) -> R:
+    def call(of: A, /, *args: P.args, **kwargs: P.kwargs) -> R:
         if of not in found:
-            found[of] = function(of)
+            found[of] = function(of, *args, **kwargs)
         return found[of]
 
     return call

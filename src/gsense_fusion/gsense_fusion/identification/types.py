@@ -14,6 +14,7 @@ FloatArray = NDArray[np.floating[Any]]
 ComplexArray = NDArray[np.complex128]
 BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.int64]
+Int8Array = NDArray[np.int8]
 
 AXES = ("x", "y", "z")
 GRAVITY = 9.80665

@@ -15,15 +15,11 @@ FINE_HZ = 800.0
 
 
 @dataclass(frozen=True, eq=False)
-class Fine:
-    """The carriage's motion between the samples; m points, the first at the first sample, the last at the last."""
+class FineGrid:
+    """Points between the samples, m of them, the first at the first sample, the last at the last."""
 
     per_sample: int
     step_s: float
-    time: FloatArray
-    """s, shape (m,)."""
-    position: FloatArray
-    velocity: FloatArray
 
     def sampled(self, series: FloatArray, response: Response | None, *, means: bool = False) -> FloatArray:
         """A series on this grid (m,) that is zero at both ends as the gyro reports it, shape (n,).
@@ -49,6 +45,16 @@ class Fine:
         if means:
             gain = gain / np.sinc(frequency * self.step_s)
         return np.asarray(irfft(rfft(series, n) * gain, n)[: len(series) : self.per_sample])
+
+
+@dataclass(frozen=True, eq=False)
+class Fine(FineGrid):
+    """The carriage's motion on such a grid."""
+
+    time: FloatArray
+    """s, shape (m,)."""
+    position: FloatArray
+    velocity: FloatArray
 
 
 def fine_motion(drivers: Drivers, fine_hz: float = FINE_HZ) -> Fine:

@@ -6,10 +6,12 @@ import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
 from gsense_fusion.identification.effects.base import Drivers, TemplateSpec, spec
-from gsense_fusion.identification.effects.fine import fine_motion
-from gsense_fusion.identification.effects.reversals import rock_angle, rock_rate
+from gsense_fusion.identification.effects.fine import FineGrid, fine_motion
+from gsense_fusion.identification.effects.reversals import Travel
 from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.effects.turning import TrueTurn
+from gsense_fusion.identification.kept import once_for
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.types import FloatArray
 
 LONGEST_LAG_S = 0.05
@@ -32,18 +34,17 @@ class ReversalRock(TrueTurn):
 
     def angle(self, drivers: Drivers) -> FloatArray:
         """The turn itself, from -1 to 1."""
-        kin, width = drivers.kinematics, drivers.templates.get("rock_width_m", 5e-4)
-        edges = rock_angle(drivers.time, kin.position, kin.velocity, width, _ductility(drivers))
+        edges = _travel(drivers.kinematics, drivers.time).angle(_width(drivers), _ductility(drivers))
         return (edges[1:] + edges[:-1]) / 2
 
     def rate(self, drivers: Drivers) -> FloatArray:
         """Rate of the turn as the gyro's filter leaves it: it lasts less than a sample where the run is fast."""
-        fine, width = fine_motion(drivers), drivers.templates.get("rock_width_m", 5e-4)
-        rate = rock_rate(fine.time, fine.position, fine.velocity, width, _ductility(drivers))
+        grid, travel = _fine_travel(drivers.kinematics, drivers)
+        rate = travel.rate(_width(drivers), _ductility(drivers))
         lag = drivers.templates.get("rock_lag_s")
         if lag:
-            rate = lagged(rate, lag, fine.step_s)
-        return fine.sampled(rate, drivers.response, means=True)
+            rate = lagged(rate, lag, grid.step_s)
+        return grid.sampled(rate, drivers.response, means=True)
 
 
 class ContactLag(Shape):
@@ -73,6 +74,23 @@ class Contact(Shape):
     templates = (
         TemplateSpec("ductility", "", DUCTILITY, (0.0, 0.4, 0.8), 0.0, 2.0, 0.2, owns_effect=True, default=1.0),
     )
+
+
+@once_for
+def _travel(kinematics: Kinematics, time: FloatArray) -> Travel:
+    """The same for every width that is tried."""
+    return Travel.of(time, kinematics.position, kinematics.velocity)
+
+
+@once_for
+def _fine_travel(_: Kinematics, drivers: Drivers) -> tuple[FineGrid, Travel]:
+    """The same between the samples, with the grid that it is on."""
+    fine = fine_motion(drivers)
+    return FineGrid(fine.per_sample, fine.step_s), Travel.of(fine.time, fine.position, fine.velocity)
+
+
+def _width(drivers: Drivers) -> float:
+    return drivers.templates.get("rock_width_m", 5e-4)
 
 
 def _ductility(drivers: Drivers) -> float:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
 from gsense_fusion.identification.effects.base import step_of
-from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.types import FloatArray, Int8Array
 
 SLOWEST = 2e-3
 """Velocity in m/s under which the carriage counts as standing."""
@@ -36,37 +37,46 @@ def mean_direction(time: FloatArray, velocity: FloatArray) -> FloatArray:
     return np.asarray(step * under_way(time, velocity))
 
 
-def rock_rate(
-    time: FloatArray, position: FloatArray, velocity: FloatArray, width: float, ductility: float = 1.0
-) -> FloatArray:
-    """Rate of a turn from -1 to 1 that follows each reversal over the travel `width`, 1/s, shape (n,).
+@dataclass(frozen=True, eq=False)
+class Travel:
+    """What the carriage has travelled since it last reversed, at the edges of the samples' intervals."""
 
-    Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
-    """
-    step = step_of(time)
-    return np.asarray(
-        np.diff(rock_angle(time, position, velocity, width, ductility)) / step * under_way(time, velocity)
-    )
+    way: FloatArray
+    """m, shape (n + 1,)."""
+    direction: Int8Array
+    """Of the travel; zero everywhere without a reversal, shape (n + 1,)."""
+    moving: Int8Array
+    """One while the carriage is under way, else zero, shape (n,)."""
+    step_s: float
 
+    @staticmethod
+    def of(time: FloatArray, position: FloatArray, velocity: FloatArray) -> Travel:
+        """From the motion at the samples, each (n,)."""
+        n = len(time)
+        step = step_of(time)
+        moving = under_way(time, velocity).astype(np.int8)
+        edges = np.arange(n + 1) - 0.5
+        bulge = np.concatenate([[0.0], (velocity[:-1] - velocity[1:]) * step / 8, [0.0]])
+        at = np.interp(edges, np.arange(n), position) + bulge
+        cross, where = reversals(position, velocity, step)
+        if not len(cross):
+            return Travel(np.zeros(n + 1), np.zeros(n + 1, dtype=np.int8), moving, step)
+        ahead = np.where(np.diff(where, append=position[-1]) > 0, 1, -1).astype(np.int8)
+        last = np.searchsorted(cross, edges, side="right") - 1
+        known = last >= 0
+        way = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
+        return Travel(way, np.where(known, ahead[np.maximum(last, 0)], -ahead[0]), moving, step)
 
-def rock_angle(
-    time: FloatArray, position: FloatArray, velocity: FloatArray, width: float, ductility: float = 1.0
-) -> FloatArray:
-    """The turn itself at the edges of the samples' intervals, shape (n + 1,); constant without a reversal."""
-    n = len(time)
-    step = step_of(time)
-    edges = np.arange(n + 1) - 0.5
-    bulge = np.concatenate([[0.0], (velocity[:-1] - velocity[1:]) * step / 8, [0.0]])
-    at = np.interp(edges, np.arange(n), position) + bulge
-    cross, where = reversals(position, velocity, step)
-    if not len(cross):
-        return np.zeros(n + 1)
-    ahead = np.where(np.diff(where, append=position[-1]) > 0, 1.0, -1.0)
-    last = np.searchsorted(cross, edges, side="right") - 1
-    known = last >= 0
-    travel = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
-    direction = np.where(known, ahead[np.maximum(last, 0)], -ahead[0])
-    return np.asarray(direction * (1.0 - to_go(travel / width, ductility)))
+    def angle(self, width: float, ductility: float = 1.0) -> FloatArray:
+        """A turn from -1 to 1 that follows each reversal over the travel `width`, shape (n + 1,)."""
+        return np.asarray(self.direction * (1.0 - to_go(self.way / width, ductility)))
+
+    def rate(self, width: float, ductility: float = 1.0) -> FloatArray:
+        """Its rate, 1/s, shape (n,).
+
+        Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
+        """
+        return np.asarray(np.diff(self.angle(width, ductility)) / self.step_s * self.moving)
 
 
 def to_go(travel: FloatArray, ductility: float) -> FloatArray:

@@ -19,7 +19,7 @@ LOCKED_PART = 0.2
 """Of the deviation that rounding to counts makes: what stays in each order, as it repeats with the drive."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Kinematics:
     """Motion along the rail at given times, each of shape (n,)."""
 
