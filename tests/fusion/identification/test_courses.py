@@ -9,8 +9,11 @@ import pytest
 from tests.study.judge import analyse
 
 from gsense_fusion.identification.catalogue import CATALOGUE
+from gsense_fusion.identification.effects.statistical import Explanation
 from gsense_fusion.identification.likelihood.slow import Blocks
+from gsense_fusion.identification.verdict import claims
 from gsense_fusion.identification.verdict.courses import SETTLING_S, settling
+from gsense_fusion.identification.verdict.sufficiency import Symptom
 
 from .sessions import BASE, SETTINGS, TEMPERATURE, analysed, made, names
 
@@ -40,3 +43,14 @@ def test_a_warm_up_that_nothing_recorded_is_unexplained() -> None:
     assert names(result) == []
     assert result.unexplained is not None
     assert "settles over some" in result.unexplained.description
+
+
+@pytest.mark.slow
+def test_a_bias_that_follows_something_is_no_drift_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A supply that sags in motion, where no temperature lets `supply_voltage` be decided."""
+    course = Symptom("course", ("z",), 1e-9, 1e-4, (), "the bias follows the supply, most on z")
+    drift = Explanation({}, ("z",), 1e-9, (), 0.0, settles="drift")
+    monkeypatch.setattr(claims, "explain_noise", lambda *_: ([course], {"bias_drift": drift}))
+    result = analyse(made(), SETTINGS)
+    assert names(result) == []
+    assert result.unexplained is not None

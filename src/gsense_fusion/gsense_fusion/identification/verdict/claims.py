@@ -65,6 +65,7 @@ def judge(
         doubtful = [n for n in names if not selection.effects[n].dynamic and rests_on_motion(selection, names, n)]
         notes += [f"{n} rests on the means in motion, where something is unexplained: no claim" for n in doubtful]
         names = [n for n in names if n not in doubtful]
+    if any(s.kind in IN_MOTION | {"course"} for s in symptoms):
         explained, drifts = without_drift(explained, likelihood, tested, left)
         symptoms += drifts
     full = claimed_fit(selection, names)
