@@ -18,7 +18,7 @@ from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode, resonant
 from gsense_fusion.identification.motion.harmonics import Kinematics
-from gsense_fusion.identification.search import selection
+from gsense_fusion.identification.search import soundness
 from gsense_fusion.report.outputs import compensation
 
 from .sessions import BASE, LATE, SETTINGS, analysed, finding, made, names
@@ -68,10 +68,10 @@ def test_a_mode_rings_at_a_frequency_that_is_known(
     fields = ("resonance_hz", "resonance_damping", "resonance2_hz", "resonance2_damping")
     fit = SimpleNamespace(names=frozenset(effects), templates=Templates(tuple(zip(fields, values, strict=True))))
     likelihood = SimpleNamespace(effects=tuple(effects.values()))
-    monkeypatch.setattr(selection, "searched", lambda *_: (np.array(errors), None))
+    monkeypatch.setattr(soundness, "searched", lambda *_: (np.array(errors), None))
     made_up: Any = SimpleNamespace(likelihood=likelihood, effects=effects)
     known: Any = fit
-    assert selection.sound(made_up, known, "g_resonance") is holds
+    assert soundness.sound(made_up, known, "g_resonance") is holds
 
 
 def test_a_vibration_is_answered_as_the_motion_is() -> None:

@@ -51,6 +51,22 @@ def test_the_bend_of_a_rail_costs_what_a_refinement_does_and_a_swap_brings_it() 
     assert selection._bought_rank(alone) == 0  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(("on_grid", "looked_at"), [(2750.0, True), (2500.0, False)])
+def test_a_large_effect_between_the_points_of_its_grid_is_looked_at(
+    monkeypatch: pytest.MonkeyPatch, on_grid: float, looked_at: bool
+) -> None:
+    """A resonance gains 3000; a belt's tilt with a mode on the grid is 150 worse, refined it is 50 better."""
+    selection, fit = _selection({"g_resonance": (3000.0, 2900.0)})
+    selection.effects = {e.name: e for e in REGRESSED if e.name in (*NAMES, "belt_tilt_mode")}
+    tilt = frozenset({"belt_tilt", "belt_tilt_mode"})
+    selection._shapes = {"belt_tilt": tilt - {"belt_tilt"}}
+    made: Any = SimpleNamespace(names=tilt, loglik=on_grid / 2)
+    refined, best = Candidate(made, 2950.0), Candidate(fit["g_resonance"], 2900.0)
+    selection._rough = {tilt: Candidate(made, on_grid)}
+    monkeypatch.setattr(selection, "candidate", lambda _names: refined)
+    assert selection._off_grid(best) is (refined if looked_at else best)
+
+
 @pytest.mark.parametrize(("double_gain", "claimed"), [(14.0, False), (40.0, True)])
 def test_one_parameter_pays_for_being_the_best_of_a_whole_catalogue(double_gain: float, claimed: bool) -> None:
     """By BIC alone, ln(200,000) = 12.2, chance passes a delay once in 2,000 looks, of which a session has dozens."""

@@ -9,18 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from gsense_fusion.identification.effects.base import Effect, TemplateSpec, parts_of
 from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.interval import searched, template_stderr
 from gsense_fusion.identification.search.tuning import Tuning
 
 MAX_EFFECTS = 4
 RIVAL_LOGLIK = 10.0
 """Effects within this of twice the log-likelihood cannot be told apart."""
-SOUND_SIGMA = 2.6
-END_PART = 0.01
-"""A searched parameter this near to the end of its range is at it: a search between bounds stops short of them."""
 CLOSE = 40.0
 """Candidates whose searched parameters stand on the grid are refined where their score is within this of the best."""
 OFF_GRID = 0.1
@@ -98,18 +93,32 @@ class Selection:
     def search(self) -> Candidate:
         """Forward, backward and swap steps until none improves."""
         best = self.candidate(self.declared)
-        while True:
-            near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
-            near.sort(key=lambda c: -c.score)
-            if not near:
-                break
-            near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
-            step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)
-            if step.score <= best.score + 1e-6:
-                break
+        while (step := self._step(best)).score > best.score + 1e-6:
             best = step
         self.bought = frozenset(n for n in best.fit.names if self.effects[n].bought)
         return best
+
+    def _step(self, best: Candidate) -> Candidate:
+        """The best model beside one; what is large and off the grid is looked at where all else is worse."""
+        near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
+        near.sort(key=lambda c: -c.score)
+        near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
+        step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)
+        return step if step.score > best.score + 1e-6 else self._off_grid(best)
+
+    def _off_grid(self, best: Candidate) -> Candidate:
+        """One shaped effect in the place of others of its family where its grid alone may make it worse than they are.
+
+        Of a large effect a mode between the grid's points leaves hundreds, which a freer one takes up.
+        """
+        names = best.fit.names
+        near = []
+        for other in self._merged(names, [n for n in names if n not in self.declared]):
+            gain = 2 * (best.fit.loglik - self.rough(names & other).fit.loglik)
+            if other != names and self.allowed(other):
+                near += [c] if best.score - (c := self.rough(other)).score < OFF_GRID * gain else []
+        near.sort(key=lambda c: -c.score)
+        return max((self.candidate(c.fit.names) for c in near[:MAX_REFINED]), key=lambda c: c.score, default=best)
 
     def _adds(self, larger: Fit, smaller: Fit) -> bool:
         """Whether a model with more effects has more parameters that the data identifies; any other model may."""
@@ -256,39 +265,3 @@ class Selection:
     def _behind(best: Fit, score: float, other: Candidate) -> float:
         """By how much a model comes after the best one, in twice the log-likelihood or by the criterion."""
         return min(2 * (best.best_loglik - other.fit.best_loglik), score - other.score)
-
-
-def sound(selection: Selection, fit: Fit, name: str) -> bool:
-    """Whether what an effect's columns are searched by is no local optimum; of two modes one is enough."""
-    likelihood, effect = selection.likelihood, selection.effects[name]
-    parts = parts_of(likelihood.effects, name, fit.names)
-    open_ = _left_open(likelihood, fit, effect)
-    known = ([t for t in e.templates if not t.optional] for e in parts if e is effect or (e.parameters and e.templates))
-    return any(all(template_sound(likelihood, fit, t) and t.field not in open_ for t in own) for own in known)
-
-
-def _left_open(likelihood: Likelihood, fit: Fit, effect: Effect) -> frozenset[str]:
-    """Fields of an effect that may be where it would be something else."""
-    specs = [t for e in parts_of(likelihood.effects, effect.name, fit.names) for t in e.templates]
-    if not any(t.below_upper or np.isfinite(t.known_to) for t in specs):
-        return frozenset()
-    out = set()
-    for t, error in zip(specs, searched(likelihood, fit, effect)[0], strict=True):
-        value = fit.templates.get(t.field, t.default)
-        room = min(t.upper - value if t.below_upper else np.inf, t.known_to * abs(value))
-        if room < SOUND_SIGMA * error:
-            out.add(t.field)
-    return frozenset(out)
-
-
-def template_sound(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> bool:
-    """Whether a searched parameter is inside its range and, where the effect exists by it alone, significant.
-
-    A local optimum is no finding.
-    """
-    value = fit.templates.get(template.field, template.default)
-    if not template.owns_effect:
-        return (1 + END_PART) * template.lower < value < (1 - END_PART) * template.upper
-    margin = END_PART * (template.upper - template.lower)
-    inside = template.lower + margin < value < template.upper - margin
-    return inside and abs(value) > SOUND_SIGMA * template_stderr(likelihood, fit, template)

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.effects.statistical import Explanation, StatisticalEffect
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, sound
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
+from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.models import claimed_fit
 from gsense_fusion.identification.verdict.noise_effects import explain_noise, without_drift
 from gsense_fusion.identification.verdict.residual import residuals

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.selection import Selection, sound
+from gsense_fusion.identification.search.selection import Selection
+from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.homogeneity import homogeneity
 from gsense_fusion.identification.verdict.models import claimed_fit
 from gsense_fusion.identification.verdict.sizes import axes_of, frequencies_in_motion, size_in_motion

@@ -11,7 +11,8 @@ from scipy.stats import chi2
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.search.alternatives import JUMP, p_beside
-from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection, sound
+from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
+from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.courses import rather_gradual
 from gsense_fusion.identification.verdict.left_out import survives
 from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
