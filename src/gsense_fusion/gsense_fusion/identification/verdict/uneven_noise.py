@@ -76,6 +76,7 @@ def uneven_noise(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> li
 
 def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
     """A third of an octave's part in the power of one window against that in the others; None without two windows."""
+    moving = [w for w in moving if away_above(w).any()]
     level = [np.maximum(w.power[away_above(w)].mean(axis=0), 1e-30) for w in moving]
     top = max((float(w.frequency[-1]) for w in moving), default=0.0)
     edges = [LOWEST_HZ]
