@@ -62,7 +62,7 @@ def test_the_plan_that_separates_rivals_settles_them(tmp_path: Path, name: str, 
     report = analysed([first, second], tmp_path / "after")
     (finding,) = report["findings"]
     assert (finding["effect"], finding["alternatives"]) == (name, [])
-    assert "separates" not in (tmp_path / "after" / "next_plan.yaml").read_text()
+    assert not (tmp_path / "after" / "next_plan.yaml").exists()
     if name == "speed_pickup":  # belt_tilt: named alone, but lines at 65 to 79 Hz in motion stay unexplained
         assert report["verdict"] == "effects_found", report["unexplained"]
     assert {run["session"] for run in report["runs"]} == {0, 1}
@@ -84,7 +84,7 @@ def test_the_plan_that_decides_what_was_left_open_shows_it(tmp_path: Path) -> No
     assert report["findings"] == []
     assert report["deciding_runs"]["viscous_tilt"] == "board_turned_180"
 
-    second = campaign(tmp_path / "before" / "next_plan.yaml", tmp_path / "second", effect, 2, NEXT_DAY)
+    second = campaign(tmp_path / "before" / "undecided_plan.yaml", tmp_path / "second", effect, 2, NEXT_DAY)
     (finding,) = analysed([first, second], tmp_path / "after")["findings"]
     assert finding["effect"] == "viscous_tilt"
     vertical = finding["parameters"]["c_z"]

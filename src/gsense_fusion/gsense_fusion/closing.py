@@ -21,10 +21,11 @@ from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.report.document import report_json
 from gsense_fusion.report.html import report_html
-from gsense_fusion.report.next_plan import next_plan
+from gsense_fusion.report.next_plan import next_plan, undecided_plan
 from gsense_fusion.report.outputs import compensation
 
-REPORT_JSON, REPORT_HTML, COMPENSATION, NEXT_PLAN = "report.json", "report.html", "compensation.yaml", "next_plan.yaml"
+REPORT_JSON, REPORT_HTML, COMPENSATION = "report.json", "report.html", "compensation.yaml"
+NEXT_PLAN, UNDECIDED_PLAN = "next_plan.yaml", "undecided_plan.yaml"
 READING = 0.3
 """Part of the progress that reading is."""
 
@@ -112,6 +113,7 @@ def result_files(result: LoopResult) -> dict[str, str | None]:
         REPORT_HTML: report_html(result),
         COMPENSATION: compensation_yaml(compensation(result)),
         NEXT_PLAN: next_plan(result),
+        UNDECIDED_PLAN: undecided_plan(result),
     }
 
 

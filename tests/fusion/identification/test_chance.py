@@ -13,7 +13,7 @@ from tests.study.simulator.parameters import DEG, NoiseParameters
 from tests.study.slow_chance import KINDS, best_alternative, session
 
 from gsense_fusion.identification.likelihood.slow import Blocks
-from gsense_fusion.identification.search.alternatives import step_places, steps
+from gsense_fusion.identification.search.alternatives import remounted_at, step_places, steps
 from gsense_fusion.identification.verdict.motion_drift import motion_walk
 
 SESSIONS = 6
@@ -69,3 +69,19 @@ def test_a_bias_that_wanders_in_motion_is_a_finding_and_one_that_wanders_always_
     noise = replace(NoiseParameters(), markov_tau_s=(1e5,), markov_sigma=(true * np.sqrt(5e4),))
     always = analyse(simulate(replace(with_disturbances(case), disturbances=(), noise=noise)))
     assert always.verdict == "nothing_missing", always.unexplained
+
+
+def test_a_step_where_the_board_was_mounted_anew_is_no_step_of_the_bias() -> None:
+    zero, pose = np.zeros(12, dtype=np.int64), np.array([0] * 6 + [1] * 6)
+    blocks = Blocks(np.arange(12) * 8.0, np.full(12, 8.0), np.zeros((12, 3)), zero, zero, pose)
+    assert 6 in step_places(blocks)
+    assert 6 not in step_places(blocks, remounted=False)
+    assert steps(blocks, remounted=False).shape == (12, 10)
+    assert [remounted_at(blocks, t) for t in (-1.0, 39.0, 41.0, 47.0, 49.0, 95.0)] == [
+        False,
+        False,
+        True,
+        True,
+        False,
+        False,
+    ]

@@ -11,7 +11,7 @@ import yaml
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.outcome.findings import separating_run
 from gsense_fusion.identification.result import LoopResult
-from gsense_fusion.report.next_plan import SEPARATING_RUNS, next_plan
+from gsense_fusion.report.next_plan import SEPARATING_RUNS, next_plan, undecided_plan
 from gsense_rig.campaign.plan import parse_plan
 
 ONCE, TURNED, QUARTER = (1.0, 0.0, 0.0), (-1.0, 0.02, 0.0), (0.01, 1.0, 0.0)
@@ -43,7 +43,10 @@ def test_what_the_sensor_makes_of_a_force_turns_with_the_board() -> None:
 
 
 def _planned(deciding_runs: dict[str, str], *findings: SimpleNamespace) -> str | None:
-    return next_plan(cast(LoopResult, SimpleNamespace(findings=findings, deciding_runs=deciding_runs)))
+    result = cast(LoopResult, SimpleNamespace(findings=findings, deciding_runs=deciding_runs))
+    plans = next_plan(result), undecided_plan(result)
+    assert None in plans
+    return plans[0] if findings else plans[1]
 
 
 def test_what_is_left_open_is_planned_where_the_rig_can_make_its_run_by_itself() -> None:

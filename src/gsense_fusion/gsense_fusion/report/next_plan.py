@@ -1,4 +1,7 @@
-"""next_plan.yaml from a result: the runs that separate rivals, and those that decide what these runs left open."""
+"""next_plan.yaml from a result: the runs that separate rivals, and those that decide what these runs left open.
+
+Where there are no rivals, the latter are a plan of their own, undecided_plan.yaml.
+"""
 
 from __future__ import annotations
 
@@ -47,14 +50,30 @@ REST: dict[str, Any] = {"shape": "static", "duration": 60.0, "mounting": 0, "pos
 
 
 def next_plan(result: LoopResult) -> str | None:
-    """A plan for `campaign`; None where nothing is open that a campaign can decide.
+    """A plan for `campaign` that separates rivals and decides what else is open; None where no rivals remain."""
+    return _plan(result) if _rivals(result) else None
 
-    Rivals ask for every separating run. An effect that is only left open asks for those that the rig makes by itself in
-    some minutes; its other ones stand in the plan's head.
+
+def undecided_plan(result: LoopResult) -> str | None:
+    """A plan for `campaign` that decides what is open, no rivals remaining; None where no campaign can."""
+    return None if _rivals(result) else _plan(result)
+
+
+def _rivals(result: LoopResult) -> dict[str, tuple[tuple[str, ...], str]]:
+    """Findings with rivals that a run separates: in words, by name, and the run."""
+    found = [f for f in result.findings if f.alternatives and f.separating_run in SEPARATING_RUNS]
+    words = (f"{f.effect} or {', '.join(f.alternatives)}" for f in found)
+    return {w: ((f.effect, *f.alternatives), str(f.separating_run)) for w, f in zip(words, found, strict=True)}
+
+
+def _plan(result: LoopResult) -> str | None:
+    """Rivals ask for every separating run.
+
+    An effect that is only left open asks for those that the rig makes by itself in some minutes; its other ones stand
+    in the plan's head.
     """
-    rivals = {f"{f.effect} or {', '.join(f.alternatives)}": f for f in result.findings if f.alternatives}
-    asked = [((f.effect, *f.alternatives), str(f.separating_run)) for f in rivals.values()]
-    asked = [(effects, run) for effects, run in asked if run in SEPARATING_RUNS]
+    rivals = _rivals(result)
+    asked = list(rivals.values())
     taken = {run for _, run in asked}
     easy = {n: run for n, run in result.deciding_runs.items() if run in taken or run not in (*BY_HAND, *HOURS)}
     asked += [((n,), run) for n, run in easy.items() if run in SEPARATING_RUNS]
@@ -63,7 +82,7 @@ def next_plan(result: LoopResult) -> str | None:
     runs = [REST]
     for effects, name in asked:
         runs += [run for run in _separating_runs(effects, name) if run not in runs]
-    head = [f"separates {'; '.join(rivals)}"] if taken else []
+    head = [f"separates {'; '.join(rivals)}"] if rivals else []
     head += [f"decides {n}" for n in easy]
     head += [f"{n} is left open: {run} would decide" for n, run in result.deciding_runs.items() if n not in easy]
     head += [f"{name}: {text}" for name, text in BY_HAND.items() if name in taken]

@@ -56,7 +56,8 @@ def files(folder: DemoFolder) -> list[str]:
     """What was written, what a person wants first at the end."""
     report = folder.report
     paths = [folder.live_bag, folder.campaign / "index.yaml", folder.hidden, folder.summary]
-    paths += [report / "next_plan.yaml", report / "compensation.yaml", report / "report.json", report / "report.html"]
+    names = ("undecided_plan.yaml", "next_plan.yaml", "compensation.yaml", "report.json", "report.html")
+    paths += [report / name for name in names]
     return [str(path) for path in paths if path.exists()]
 
 

@@ -27,22 +27,40 @@ class Alternatives:
     """Shape (b, k)."""
 
 
-def step_places(blocks: Blocks) -> IntArray:
-    """Blocks before which the bias may step: not the first of a session; none where there are too few."""
+def step_places(blocks: Blocks, remounted: bool = True) -> IntArray:
+    """Blocks before which the bias may step: not the first of a session; none where there are too few.
+
+    Args:
+        blocks: The blocks, in order of time.
+        remounted: Also where the board was mounted anew: whatever gravity does to the gyro steps there.
+
+    """
     inner = np.flatnonzero(blocks.session[1:] == blocks.session[:-1]) + 1
+    if not remounted:
+        inner = inner[blocks.pose[inner] == blocks.pose[inner - 1]]
     return inner if len(inner) >= MIN_STEP_BLOCKS else np.zeros(0, dtype=np.int64)
 
 
-def steps(blocks: Blocks) -> FloatArray:
+def remounted_at(blocks: Blocks, instant: float) -> bool:
+    """Whether an instant lies between the middles of two neighbouring blocks of different mountings."""
+    after = int(np.searchsorted(blocks.time, instant))
+    return 0 < after < len(blocks) and bool(blocks.pose[after] != blocks.pose[after - 1])
+
+
+def steps(blocks: Blocks, remounted: bool = True) -> FloatArray:
     """A column for each place: zero before, one from there to the session's end, shape (b, places)."""
-    at = step_places(blocks)
+    at = step_places(blocks, remounted)
     after = np.arange(len(blocks))[:, None] >= at[None]
     return np.asarray((after & (blocks.session[:, None] == blocks.session[at][None])).astype(float))
 
 
 def slow_alternatives(likelihood: Likelihood) -> Alternatives:
     """Steps at every place, and every slow effect at every point of its grid."""
-    step = steps(likelihood.blocks) if any(e.name == JUMP for e in likelihood.effects) else np.zeros((0, 0))
+    step = (
+        steps(likelihood.blocks, remounted=False)
+        if any(e.name == JUMP for e in likelihood.effects)
+        else np.zeros((0, 0))
+    )
     columns, names = [step.reshape(len(likelihood.blocks), -1)], [JUMP] * step.shape[1]
     for effect in likelihood.effects:
         if effect.dynamic or not effect.slow or effect.name == JUMP:

@@ -35,12 +35,12 @@ def jump_times(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
     """Between which blocks a step of the bias gains most, drift being as at rest, s."""
     blocks = likelihood.blocks
     residual = slow_residual(likelihood, fit)
-    column = steps(blocks)
+    column = steps(blocks, remounted=False)
     gain = np.zeros(column.shape[1])
     for axis, slow in likelihood.slow.items():
         for drift in (fit.drift[axis], likelihood.rest_drift[axis]):
             gain += step_gains(slow, column, residual[:, axis], drift)[0]
-    gains = zip(gain.tolist(), step_places(blocks).tolist(), strict=True)
+    gains = zip(gain.tolist(), step_places(blocks, remounted=False).tolist(), strict=True)
     best = sorted(gains, reverse=True)[:TRIED]
     return tuple(float(blocks.time[i] - blocks.duration[i] / 2) for _, i in best)
 

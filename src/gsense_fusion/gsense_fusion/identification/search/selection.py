@@ -11,6 +11,7 @@ from scipy.stats import chi2
 
 from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.search.alternatives import remounted_at
 from gsense_fusion.identification.search.tuning import Tuning
 
 MAX_EFFECTS = 4
@@ -29,6 +30,8 @@ not ln n of all samples: false alarms of 2e-4 with three."""
 FAMILY_COST = 10.0
 """Prior odds, in twice their logarithm, against each further effect of one family: two separate faults that happen to
 look alike, where one with a shape of its own explains the data nearly as well."""
+HANDLED_COST = 1e6
+"""The same against a step while the board is in somebody's hand: none is claimed, and the search goes on without."""
 MOST_MERGED = 2
 """Effects of a family that one is tried in the place of at once."""
 
@@ -187,7 +190,17 @@ class Selection:
         cost = (fit.rank - cheap_columns + dear) * log_n + (cheap_columns + cheap) * min(CHEAP_COST, log_n)
         order = sum(ORDER_WEIGHT * self._place[n] + self.effects[n].rarity for n in fit.names)
         order += FAMILY_COST * self._alike(fit.names) + self._looked_at * self._undeclared(fit.names)
+        order += HANDLED_COST * self._handled(fit)
         return Candidate(fit, 2 * fit.loglik - cost - order)
+
+    def _handled(self, fit: Fit) -> bool:
+        """Whether an instant of the fit lies where the board was mounted anew.
+
+        No data tells a step of the bias there from what gravity does to the gyro along another axis.
+        """
+        blocks = self.likelihood.blocks
+        instants = (fit.templates.get(t.field, t.default) for t in self.tuning.specs(fit.names) if t.gaps)
+        return any(remounted_at(blocks, t) for t in instants)
 
     def _undeclared(self, names: frozenset[str]) -> int:
         """Effects of a set beyond the declared ones, without the further terms of others."""
