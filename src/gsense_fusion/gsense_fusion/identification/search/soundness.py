@@ -7,7 +7,7 @@ import numpy as np
 from gsense_fusion.identification.effects.base import Effect, TemplateSpec, parts_of
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.interval import searched, template_stderr
-from gsense_fusion.identification.search.selection import Selection
+from gsense_fusion.identification.search.selection import Candidate, Selection
 
 SOUND_SIGMA = 2.6
 END_PART = 0.01
@@ -21,6 +21,22 @@ def sound(selection: Selection, fit: Fit, name: str) -> bool:
     open_ = _left_open(likelihood, fit, effect)
     known = ([t for t in e.templates if not t.optional] for e in parts if e is effect or (e.parameters and e.templates))
     return any(all(template_sound(likelihood, fit, t) and t.field not in open_ for t in own) for own in known)
+
+
+def rather_sound(selection: Selection, best: Candidate) -> Candidate:
+    """A model in which an effect of the motion that is not sound gives way to a rival that is, where there is one.
+
+    A mode far above what was driven fits whatever answers at once, and is no claim: what it stood for may be one.
+    """
+    effects = selection.effects
+    for name in sorted(best.fit.names - selection.declared):
+        if not effects[name].dynamic or effects[name].part_of is not None or sound(selection, best.fit, name):
+            continue
+        rest = best.fit.names - selection.with_dependants(best.fit.names, name)
+        rivals = [other for other in selection.alternatives(best.fit, name) if effects[other].dynamic]
+        tried = [(other, selection.candidate(selection.with_parts(rest | {other}))) for other in rivals]
+        best = max((c for n, c in tried if sound(selection, c.fit, n)), key=lambda c: c.score, default=best)
+    return best
 
 
 def _left_open(likelihood: Likelihood, fit: Fit, effect: Effect) -> frozenset[str]:
