@@ -198,9 +198,8 @@ class Selection:
 
         No data tells a step of the bias there from what gravity does to the gyro along another axis.
         """
-        blocks = self.likelihood.blocks
         instants = (fit.templates.get(t.field, t.default) for t in self.tuning.specs(fit.names) if t.gaps)
-        return any(remounted_at(blocks, t) for t in instants)
+        return any(remounted_at(self.likelihood.blocks, t) for t in instants)
 
     def _undeclared(self, names: frozenset[str]) -> int:
         """Effects of a set beyond the declared ones, without the further terms of others."""
