@@ -75,10 +75,18 @@ class Rounding:
         square = np.where(self.coarse, (1.0 / np.maximum(self.share, 1e-9) - 1.0) / 12.0, 0.0)
         return np.where(self.coarse, self.step / np.pi * np.exp(-2 * np.pi**2 * square), 0.0)
 
-    def makes(self, axes: tuple[str, ...], rate_rms: float) -> bool:
-        """Whether the rounding of these axes alone can make an error of this size."""
+    def makes(self, axes: tuple[str, ...], rate_rms: float, somewhere: bool = False) -> bool:
+        """Whether the rounding of these axes alone can make an error of this size.
+
+        Args:
+            axes: Their names.
+            rate_rms: The size, rad/s.
+            somewhere: In one run or at one place, where the signal may lie just between two values: half a step, not
+                the mean over all signals.
+
+        """
         hit = [i for i, x in enumerate(AXES) if x in axes]
-        size = float(np.sqrt(np.sum(self.step[hit] ** 2) / 12.0))
+        size = float(np.sqrt(np.sum(self.step[hit] ** 2) / (4.0 if somewhere else 12.0)))
         return bool(hit) and bool(self.coarse[hit].all()) and rate_rms <= size
 
 
