@@ -131,9 +131,7 @@ def _noise(campaign: Campaign, recording: Recording) -> tuple[dict[int, NoiseMod
 
 def beyond_rounding(claims: Claims, rounded: Rounding | None) -> Claims:
     """Without the symptoms that a coarse step of the output makes by itself."""
-    made = [
-        s for s in claims.symptoms if rounded is not None and rounded.makes(s.axes, s.rate_rms, s.kind == "uneven")
-    ]
+    made = [s for s in claims.symptoms if rounded is not None and rounded.makes(s.axes, s.rate_rms, s.kind == "uneven")]
     if not made:
         return claims
     notes = tuple(f"as small as the gyro's rounding makes it: {s.description}" for s in made)
