@@ -42,7 +42,10 @@ class Outcome:
     exact: bool = False
     within_rivals: bool = False
     wrong: bool = False
-    """Wrong and confident: `effects_found` though neither the named effects nor their rivals are the true ones."""
+    """Wrong and confident: `effects_found` though neither the named effects nor their rivals, with what is said to be
+    undecided, are the true ones."""
+    left_open: list[str] = field(default_factory=list)
+    """Effects that are said to be undecided, with the run that would decide."""
     floor_ratio: float = float("nan")
     """Held-out `full` over the root mean square of the realised noise."""
     stated_floor_ratio: float = float("nan")
@@ -98,6 +101,7 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
     out.verdict = result.verdict
     out.found = sorted(f.effect for f in result.findings)
     out.rivals = [list(f.alternatives) for f in result.findings]
+    out.left_open = sorted(result.deciding_runs)
     confident = result.verdict == "effects_found"
     if case.group == "outside":
         out.exact = out.within_rivals = result.verdict == "unexplained" and not named
@@ -107,8 +111,8 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
         out.wrong = confident
     else:
         out.exact = confident and frozenset(n for n, _ in named) == truth
-        out.within_rivals = confident and _reachable(named, truth, case.beside)
-        out.wrong = confident and not out.within_rivals
+        out.within_rivals = confident and reachable(named, truth, case.beside)
+        out.wrong = confident and not reachable(named, truth, case.beside, frozenset(out.left_open))
     noise = held_out_rms(session, true_noise(session))
     out.floor_ratio = result.rate_rms.full / noise
     out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise
@@ -126,14 +130,22 @@ def _peer(peer: Peer, truth: frozenset[str]) -> dict[str, Any]:
     return {"found": peer.found, "exact": exact, "floor_ratio": peer.floor_ratio}
 
 
-def _reachable(named: list[tuple[str, tuple[str, ...]]], truth: frozenset[str], beside: frozenset[str]) -> bool:
-    """Whether the true set comes out when each name may be one of its listed rivals; `beside` may be named too."""
+def reachable(
+    named: list[tuple[str, tuple[str, ...]]],
+    truth: frozenset[str],
+    beside: frozenset[str],
+    left_open: frozenset[str] = frozenset(),
+) -> bool:
+    """Whether the true set comes out when each name may be one of its listed rivals.
+
+    What is `beside` may be named too; of the true set, what is `left_open` need not be named.
+    """
     if not named:
-        return not truth
+        return truth <= left_open
     (name, rivals), rest = named[0], named[1:]
-    if beside & {name, *rivals} and _reachable(rest, truth, beside):
+    if beside & {name, *rivals} and reachable(rest, truth, beside, left_open):
         return True
-    return any(_reachable(rest, truth - {n}, beside) for n in (name, *rivals) if n in truth)
+    return any(reachable(rest, truth - {n}, beside, left_open) for n in (name, *rivals) if n in truth)
 
 
 def deviations(session: Session, result: LoopResult) -> dict[str, float]:

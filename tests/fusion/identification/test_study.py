@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 from tests.study.cases import Case, make_cases
-from tests.study.judge import Outcome
+from tests.study.judge import Outcome, reachable
 from tests.study.peers import peers, same
 from tests.study.reference import held_out_rms, measured_rates, true_noise
 from tests.study.simulator import Disturbance, PlannedRun, SessionParameters, simulate
@@ -50,6 +50,22 @@ def test_a_broken_line_of_a_killed_study_is_done_again(tmp_path: Path, capsys: p
     path.write_text(json.dumps(asdict(Outcome("null", "null", 0.0, 1))) + '\n{"group": "nu')
     assert [o.seed for o in _earlier(path, cases)] == [1]
     assert "outcomes.jsonl:2" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("named", "left_open", "right"),
+    [
+        (["time_offset"], ["temperature_bias"], True),
+        (["time_offset"], ["supply_voltage"], False),
+        (["time_offset"], [], False),
+        (["time_offset", "g_squared"], ["temperature_bias"], False),
+        ([], ["temperature_bias"], False),
+    ],
+)
+def test_what_is_said_to_be_undecided_is_not_wrong(named: list[str], left_open: list[str], right: bool) -> None:
+    truth = frozenset({"temperature_bias", "time_offset"})
+    assert reachable([(n, ()) for n in named], truth, frozenset(), frozenset(left_open)) == right
+    assert not reachable([(n, ()) for n in named], truth, frozenset())
 
 
 def test_table_shows_coverage_and_the_other_methods() -> None:
