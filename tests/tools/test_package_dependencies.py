@@ -30,21 +30,31 @@ BROUGHT_ALONG = {"markupsafe": "jinja2", "lz4": "rosbags", "backports": "rosbags
 """Module -> the module whose package depends on it."""
 WITHOUT_KEY = {"vqf", "allantools", "distributed"}
 NOT_IMPORTED = {
-    "gsense_rig": {"launch_ros", "ros2launch", "robot_state_publisher", "gsense_driver", "gsense_fusion"},
+    "gsense_rig": {"launch_ros", "ros2launch", "robot_state_publisher", "gsense_driver"},
     "gsense_driver": {"gsense_firmware"},
 }
 """Dependencies of launch files and of what is started as a process."""
 
 
-def imported(package: str) -> set[str]:
-    """Top-level modules that are not Python's own and not the package itself."""
+SHARED = {("gsense_rig", "gsense_fusion.arguments"), ("gsense_rig", "gsense_fusion.yaml_text")}
+"""What one part of the graph imports of another: text, nothing of the analysis (docs/architecture.md)."""
+
+
+def modules(package: str) -> set[str]:
+    """Modules that are imported, by their whole names."""
     found: set[str] = set()
     for path in (ROOT / "src" / package / package).rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
-                found |= {alias.name.partition(".")[0] for alias in node.names}
+                found |= {alias.name for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
-                found.add(node.module.partition(".")[0])
+                found.add(node.module)
+    return found
+
+
+def imported(package: str) -> set[str]:
+    """Top-level modules that are not Python's own and not the package itself."""
+    found = {name.partition(".")[0] for name in modules(package)}
     return found - set(sys.stdlib_module_names) - {package, "compression"}
 
 
@@ -55,9 +65,9 @@ def dependencies(package: str) -> set[str]:
 
 @pytest.mark.parametrize("package", PACKAGES)
 def test_what_is_imported_is_declared(package: str) -> None:
-    modules = imported(package)
-    assert {BROUGHT_ALONG[m] for m in modules & set(BROUGHT_ALONG)} <= modules
-    needed = {KEYS.get(m, m) for m in modules - WITHOUT_KEY - set(BROUGHT_ALONG)}
+    found = imported(package)
+    assert {BROUGHT_ALONG[m] for m in found & set(BROUGHT_ALONG)} <= found
+    needed = {KEYS.get(m, m) for m in found - WITHOUT_KEY - set(BROUGHT_ALONG)}
     assert needed <= dependencies(package), f"missing in package.xml: {needed - dependencies(package)}"
 
 
@@ -67,6 +77,16 @@ def test_what_is_declared_is_used(package: str) -> None:
     used = {KEYS.get(m, m) for m in imported(package)} | beside
     assert beside <= dependencies(package)
     assert dependencies(package) <= used, f"unused: {dependencies(package) - used}"
+
+
+def test_the_parts_of_the_graph_do_not_import_one_another() -> None:
+    across = {
+        (package, name)
+        for package in PACKAGES
+        for name in modules(package)
+        if name.partition(".")[0] in set(PACKAGES) - {package}
+    }
+    assert across == SHARED
 
 
 def test_what_has_no_key_has_its_pip_line_in_the_manual() -> None:

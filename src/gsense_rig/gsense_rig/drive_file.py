@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import yaml
 
+from gsense_fusion.yaml_text import parse_yaml
 from gsense_rig.control.tuning import IDENTIFIED, TuneError, drive_from_mapping
-from gsense_rig.yaml_text import parse_yaml
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -22,8 +22,8 @@ from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
+from gsense_fusion.arguments import ArgumentParser
 from gsense_rig import drive_file, rig_messages, rig_settings
-from gsense_rig.arguments import ArgumentParser
 from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.ending import Ending
 from gsense_rig.hardware.interface import HardwareError

@@ -240,13 +240,6 @@ def test_groves_model_is_inverted() -> None:
     np.testing.assert_allclose(Compensator(file).update(0, measured, f), w, atol=1e-12)
 
 
-def test_what_the_terms_need_is_said() -> None:
-    empty = Compensator(CompensationFile("s"))
-    assert (empty.needs_temperature, empty.needs_supply, empty.needs_carriage) == (False, False, False)
-    all_ = Compensator(CompensationFile("s", terms=ALL_TERMS))
-    assert (all_.needs_temperature, all_.needs_supply, all_.needs_carriage) == (True, True, True)
-
-
 def test_corrections_of_accelerometer_and_magnetometer() -> None:
     matrix = ((1.1, 0.0, 0.0), (0.02, 0.9, 0.0), (0.0, 0.0, 1.0))
     file = CompensationFile(

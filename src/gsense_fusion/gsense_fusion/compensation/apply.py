@@ -17,13 +17,7 @@ from numpy.typing import NDArray
 
 from .kernel import CAPACITY, MEMORY, batch, step
 from .model import CompensationFile
-from .terms.numbers import (
-    KIND_FRICTION,
-    KIND_SPEED,
-    KIND_SUPPLY,
-    KIND_TEMPERATURE,
-    ROW,
-)
+from .terms.numbers import ROW
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -60,21 +54,6 @@ class Compensator:
         self.state = state or CompensatorState(np.zeros((len(file.terms), MEMORY)))
         self._scratch = np.zeros((5, 3))
         self._delay_ns = round(max(file.gyro_delay_s, 0.0) * 1e9)
-
-    @property
-    def needs_temperature(self) -> bool:
-        """Whether a term uses the die temperature."""
-        return bool((self._kinds == KIND_TEMPERATURE).any())
-
-    @property
-    def needs_supply(self) -> bool:
-        """Whether a term uses the supply voltage."""
-        return bool((self._kinds == KIND_SUPPLY).any())
-
-    @property
-    def needs_carriage(self) -> bool:
-        """Whether a term uses the carriage's velocity."""
-        return bool(np.isin(self._kinds, (KIND_FRICTION, KIND_SPEED)).any())
 
     def set_temperature(self, celsius: float) -> None:
         """A reading of the die temperature, used with the next sample; what is not a number is ignored."""

@@ -10,9 +10,9 @@ from typing import Any
 
 import yaml
 
+from gsense_fusion.yaml_text import parse_yaml
 from gsense_rig.campaign.plan import Plan, PlanRun
 from gsense_rig.recording.bag import storage_file
-from gsense_rig.yaml_text import parse_yaml
 
 SCHEMA = "gsense-index/1"
 INDEX = "index.yaml"

@@ -12,9 +12,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from gsense_fusion.yaml_text import parse_yaml
 from gsense_rig.control.triangle import triangle_is_possible
 from gsense_rig.sensors.mounting import MOUNTINGS
-from gsense_rig.yaml_text import parse_yaml
 
 SHAPES = ("sine", "triangle", "static")
 ROLES = ("fit", "held_out")

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from gsense_fusion.yaml_text import parse_yaml
 from gsense_rig.campaign.index import INDEX, Index, checksum, is_intact, read_index, write_yaml
 from gsense_rig.campaign.messages import Batch
 from gsense_rig.campaign.plan import Plan, PlanRun
@@ -17,7 +18,6 @@ from gsense_rig.recording.interleave import Stream, interleave
 from gsense_rig.recording.typestore import typestore
 from gsense_rig.sensors.effects import parse_effects
 from gsense_rig.sensors.parameters import UnitParameters
-from gsense_rig.yaml_text import parse_yaml
 
 TRUTH = "truth.yaml"
 TRUTH_SCHEMA = "gsense-truth/1"

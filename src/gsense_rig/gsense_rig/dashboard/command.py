@@ -18,7 +18,7 @@ from rclpy.utilities import remove_ros_args
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_rig.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions

@@ -6,8 +6,8 @@ import typing
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
+from gsense_fusion.yaml_text import parse_yaml
 from gsense_rig.hardware.interface import HardwareError
-from gsense_rig.yaml_text import parse_yaml
 
 if TYPE_CHECKING:
     from pathlib import Path
