@@ -42,8 +42,9 @@ class Outcome:
     exact: bool = False
     within_rivals: bool = False
     wrong: bool = False
-    """Wrong and confident: `effects_found` though neither the named effects nor their rivals, with what is said to be
-    undecided, are the true ones."""
+    """Wrong and confident: `effects_found` though neither the named effects nor their rivals are the true ones."""
+    said_open: bool = False
+    """Wrong, yet all that is missing is listed as undecided."""
     left_open: list[str] = field(default_factory=list)
     """Effects that are said to be undecided, with the run that would decide."""
     floor_ratio: float = float("nan")
@@ -112,7 +113,8 @@ def compare(case: Case, session: Session, result: LoopResult, out: Outcome) -> N
     else:
         out.exact = confident and frozenset(n for n, _ in named) == truth
         out.within_rivals = confident and reachable(named, truth, case.beside)
-        out.wrong = confident and not reachable(named, truth, case.beside, frozenset(out.left_open))
+        out.wrong = confident and not out.within_rivals
+        out.said_open = out.wrong and reachable(named, truth, case.beside, frozenset(out.left_open))
     noise = held_out_rms(session, true_noise(session))
     out.floor_ratio = result.rate_rms.full / noise
     out.stated_floor_ratio = (result.rate_rms.noise_floor or float("nan")) / noise

@@ -79,6 +79,12 @@ def _figures(good: Sequence[Outcome], console: Console) -> None:
         )
         removed = [o.removed for o in known if np.isfinite(o.removed)]
         console.print(f"lambda >= 400: removable error removed: median {100 * np.median(removed):.1f} %")
+    wrong = [o for o in good if o.wrong and o.group in ("single", "pair") and o.energy >= 400]
+    if known:
+        console.print(
+            f"lambda >= 400: wrong and confident: {len(wrong)} of {len(known)}, "
+            f"{sum(o.said_open for o in wrong)} of these with what is missing listed as undecided"
+        )
     stated = [o.stated_floor_ratio for o in good]
     if stated:
         low, high = np.quantile(stated, [0.1, 0.9])

@@ -62,7 +62,7 @@ def test_a_broken_line_of_a_killed_study_is_done_again(tmp_path: Path, capsys: p
         ([], ["temperature_bias"], False),
     ],
 )
-def test_what_is_said_to_be_undecided_is_not_wrong(named: list[str], left_open: list[str], right: bool) -> None:
+def test_what_is_missing_is_known_to_be_undecided(named: list[str], left_open: list[str], right: bool) -> None:
     truth = frozenset({"temperature_bias", "time_offset"})
     assert reachable([(n, ()) for n in named], truth, frozenset(), frozenset(left_open)) == right
     assert not reachable([(n, ()) for n in named], truth, frozenset())
