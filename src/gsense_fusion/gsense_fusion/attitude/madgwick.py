@@ -24,11 +24,7 @@ from gsense_fusion.compiling import kernel
 from .compiled import CompiledFilter, require_not_negative, unit_quaternion
 from .entries import entries
 from .interface import FloatArray
-from .kernels import (
-    SIGNATURE_STEP,
-    length,
-    turn,
-)
+from .kernels import QUATERNION, SIGNATURE_STEP, VECTOR, length, turn
 
 
 @dataclass(frozen=True)
@@ -56,46 +52,64 @@ class MadgwickState:
 _BETA_IMU, _BETA_MARG = 4, 5
 
 
+@kernel(f"{QUATERNION}({QUATERNION}, {VECTOR})")
+def _gravity_gradient(q, up):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """J^T f with the Jacobian of eq. 26; `up` is the measured vertical, a unit vector."""
+    w, x, y, z = q
+    # objective, eq. 25: the vertical as the attitude predicts it minus as measured
+    f1 = 2.0 * (x * z - w * y) - up[0]
+    f2 = 2.0 * (w * x + y * z) - up[1]
+    f3 = 1.0 - 2.0 * (x * x + y * y) - up[2]
+    return (
+        -2.0 * y * f1 + 2.0 * x * f2,
+        2.0 * z * f1 + 2.0 * w * f2 - 4.0 * x * f3,
+        -2.0 * w * f1 + 2.0 * z * f2 - 4.0 * y * f3,
+        2.0 * x * f1 + 2.0 * y * f2,
+    )
+
+
+@kernel(f"{QUATERNION}({QUATERNION}, {VECTOR})")
+def _field_gradient(q, field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
+    """The field's part of J^T f, eq. 30 to 32; `field` is a unit vector."""
+    w, x, y, z = q
+    mx, my, mz = field
+    # the field in the earth frame, eq. 45
+    ex = (1.0 - 2.0 * (y * y + z * z)) * mx + 2.0 * (x * y - w * z) * my + 2.0 * (x * z + w * y) * mz
+    ey = 2.0 * (x * y + w * z) * mx + (1.0 - 2.0 * (x * x + z * z)) * my + 2.0 * (y * z - w * x) * mz
+    # its reference: the same inclination, no declination, eq. 46 (here [0, by, bz]: y is north)
+    by = sqrt(ex * ex + ey * ey)
+    bz = 2.0 * (x * z - w * y) * mx + 2.0 * (w * x + y * z) * my + (1.0 - 2.0 * (x * x + y * y)) * mz
+    # objective, eq. 29
+    h1 = 2.0 * by * (x * y + w * z) + 2.0 * bz * (x * z - w * y) - mx
+    h2 = by * (1.0 - 2.0 * (x * x + z * z)) + 2.0 * bz * (w * x + y * z) - my
+    h3 = 2.0 * by * (y * z - w * x) + bz * (1.0 - 2.0 * (x * x + y * y)) - mz
+    return (
+        2.0 * (by * z - bz * y) * h1 + 2.0 * bz * x * h2 - 2.0 * by * x * h3,
+        2.0 * (by * y + bz * z) * h1 + (2.0 * bz * w - 4.0 * by * x) * h2 - (2.0 * by * w + 4.0 * bz * x) * h3,
+        2.0 * (by * x - bz * w) * h1 + 2.0 * bz * z * h2 + (2.0 * by * z - 4.0 * bz * y) * h3,
+        2.0 * (by * w + bz * x) * h1 + (2.0 * bz * y - 4.0 * by * z) * h2 + 2.0 * by * y * h3,
+    )
+
+
 @kernel(SIGNATURE_STEP)
 def _step(m, q, dt, rate, force, mag, has_field):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
-    w, x, y, z = q
-
     # gyro: q turned by the rate over dt, the exact solution of eq. 12; the gradient is taken before
     pw, px, py, pz = turn(q, dt, rate)
 
     norm = length(force)
     if norm > 0.0:
-        # objective of gravity, eq. 25: the vertical as the attitude predicts it minus as measured
         scale = 1.0 / norm
-        f1 = 2.0 * (x * z - w * y) - force[0] * scale
-        f2 = 2.0 * (w * x + y * z) - force[1] * scale
-        f3 = 1.0 - 2.0 * (x * x + y * y) - force[2] * scale
-        # gradient J^T f with the Jacobian of eq. 26
-        gw = -2.0 * y * f1 + 2.0 * x * f2
-        gx = 2.0 * z * f1 + 2.0 * w * f2 - 4.0 * x * f3
-        gy = -2.0 * w * f1 + 2.0 * z * f2 - 4.0 * y * f3
-        gz = 2.0 * x * f1 + 2.0 * y * f2
+        gw, gx, gy, gz = _gravity_gradient(q, (force[0] * scale, force[1] * scale, force[2] * scale))
         beta = m[_BETA_IMU]
 
         strength = length(mag)
         if has_field and strength > 0.0:
             beta = m[_BETA_MARG]
-            mx, my, mz = mag[0] / strength, mag[1] / strength, mag[2] / strength
-            # the field in the earth frame, eq. 45
-            ex = (1.0 - 2.0 * (y * y + z * z)) * mx + 2.0 * (x * y - w * z) * my + 2.0 * (x * z + w * y) * mz
-            ey = 2.0 * (x * y + w * z) * mx + (1.0 - 2.0 * (x * x + z * z)) * my + 2.0 * (y * z - w * x) * mz
-            # its reference: the same inclination, no declination, eq. 46 (here [0, by, bz]: y is north)
-            by = sqrt(ex * ex + ey * ey)
-            bz = 2.0 * (x * z - w * y) * mx + 2.0 * (w * x + y * z) * my + (1.0 - 2.0 * (x * x + y * y)) * mz
-            # objective of the field, eq. 29
-            h1 = 2.0 * by * (x * y + w * z) + 2.0 * bz * (x * z - w * y) - mx
-            h2 = by * (1.0 - 2.0 * (x * x + z * z)) + 2.0 * bz * (w * x + y * z) - my
-            h3 = 2.0 * by * (y * z - w * x) + bz * (1.0 - 2.0 * (x * x + y * y)) - mz
-            # the field's part of J^T f, eq. 30 to 32
-            gw += 2.0 * (by * z - bz * y) * h1 + 2.0 * bz * x * h2 - 2.0 * by * x * h3
-            gx += 2.0 * (by * y + bz * z) * h1 + (2.0 * bz * w - 4.0 * by * x) * h2 - (2.0 * by * w + 4.0 * bz * x) * h3
-            gy += 2.0 * (by * x - bz * w) * h1 + 2.0 * bz * z * h2 + (2.0 * by * z - 4.0 * bz * y) * h3
-            gz += 2.0 * (by * w + bz * x) * h1 + (2.0 * bz * y - 4.0 * by * z) * h2 + 2.0 * by * y * h3
+            hw, hx, hy, hz = _field_gradient(q, (mag[0] / strength, mag[1] / strength, mag[2] / strength))
+            gw += hw
+            gx += hx
+            gy += hy
+            gz += hz
 
         slope = sqrt(gw * gw + gx * gx + gy * gy + gz * gz)
         if slope > 0.0:

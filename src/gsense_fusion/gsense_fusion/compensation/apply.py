@@ -15,8 +15,9 @@ from math import isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from .kernel import CAPACITY, MEMORY, batch, step
+from .kernel import CAPACITY, batch, step
 from .model import CompensationFile
+from .remembering import MEMORY
 from .terms.numbers import ROW
 
 FloatArray = NDArray[np.float64]
