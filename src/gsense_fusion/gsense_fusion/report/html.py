@@ -12,6 +12,7 @@ from markupsafe import Markup
 from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.report import tables
 from gsense_fusion.report.figures import Figure, figures
+from gsense_fusion.report.next_step import next_steps
 from gsense_fusion.report.units import DEG, number, rounded
 from gsense_fusion.report.words import (
     badge,
@@ -51,6 +52,7 @@ def _content(result: LoopResult) -> dict[str, Any]:
         "verdict": result.verdict,
         "badge": badge(result),
         "sentence": tables.pretty(one_sentence(result)),
+        "next_steps": next_steps(result),
         "charts": _charts(result),
         "facts": _facts(result),
         "findings": [tables.finding_card(f) for f in result.findings],
