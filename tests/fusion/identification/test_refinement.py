@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from tests.study.simulator import Disturbance
+from tests.study.simulator.parameters import ChainParameters
 
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup
 from gsense_fusion.identification.likelihood.gram import Columns
+from gsense_fusion.identification.verdict import vetoes
 from gsense_fusion.identification.verdict.refinement import _elsewhere
+from gsense_fusion.identification.verdict.vetoes import refines
 
-from .sessions import BOW, analysed, names
+from .sessions import BASE, BOW, analysed, names
 
+AT_200_HZ = replace(BASE, chain=ChainParameters(rate_hz=200.0, filter_hz=42.0))
 EFFECTS = (FrictionPickup(),)
 LIKELIHOOD = cast(
     "Any", SimpleNamespace(columns=Columns.of(EFFECTS), effects=EFFECTS, campaign=SimpleNamespace(fit=()))
@@ -36,6 +41,29 @@ def test_what_has_the_direction_of_the_large_effect_mends_its_shape() -> None:
 def test_what_has_another_direction_is_its_own() -> None:
     assert _gain([0.6e-4, 1e-5, 0.8e-4]) == pytest.approx(100.0)
     assert _gain([0.8e-5, 0.0, -0.6e-5]) == pytest.approx(100.0)
+
+
+@pytest.mark.parametrize(
+    ("shaped", "late", "claimed"), [(True, False, False), (True, True, True), (False, False, True)]
+)
+def test_a_delay_beside_a_shape_must_be_that_of_the_force(
+    monkeypatch: pytest.MonkeyPatch, shaped: bool, late: bool, claimed: bool
+) -> None:
+    gains = {"reversal_rock": (3000.0, 4), "time_offset": (140.0, 1)}
+    selection = SimpleNamespace(
+        effects={n: SimpleNamespace(dynamic=True, family="fast" if n == "time_offset" else None) for n in gains},
+        gain=lambda _, name: gains[name],
+        shapes_of=lambda name: frozenset({"contact"} if shaped and name == "reversal_rock" else ()),
+    )
+    monkeypatch.setattr(vetoes, "delays_the_force", lambda *_: late)
+    why = refines(cast("Any", selection), cast("Any", None), list(gains), "time_offset")
+    assert (why is None) == claimed
+
+
+@pytest.mark.slow
+def test_a_delay_and_a_play_are_both_found() -> None:
+    result = analysed(Disturbance("bearing_play", 4e-5), Disturbance("time_offset", 0.02), base=AT_200_HZ)
+    assert names(result) == ["reversal_rock", "time_offset"], (result.unexplained, result.notes)
 
 
 @pytest.mark.slow

@@ -64,7 +64,7 @@ class Selection:
         """Prior odds against each named effect, in twice their logarithm: it is the best of as many as there are
         (extended criterion of Chen and Chen, Biometrika 95, 2008). An effect of one parameter would else be claimed by
         chance once in some hundred sessions."""
-        self._shapes = {n: shapes for n in self.effects if (shapes := self._shapes_of(n))}
+        self._shapes = {n: s for n, e in self.effects.items() if e.family is not None and (s := self.shapes_of(n))}
         self._say = progress or (lambda _text: None)
 
     def candidate(self, names: frozenset[str]) -> Candidate:
@@ -166,10 +166,9 @@ class Selection:
         names = frozenset(names)
         return names | {n for n, e in self.effects.items() if e.part_of in names and (not e.bought or n in self.bought)}
 
-    def _shapes_of(self, name: str) -> frozenset[str]:
-        """What has to be bought and shapes the columns of an effect of a family, without any of its own."""
-        own = (e for e in self.effects.values() if e.part_of == name and e.bought and not e.parameters)
-        return frozenset(e.name for e in own if self.effects[name].family is not None)
+    def shapes_of(self, name: str) -> frozenset[str]:
+        """What has to be bought and shapes the columns of an effect, without any of its own."""
+        return frozenset(n for n, e in self.effects.items() if e.part_of == name and e.bought and not e.parameters)
 
     def claimable(self) -> list[str]:
         """Effects that can be named: not the further terms of others."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -51,7 +52,8 @@ class Tuning:
             if all(t.optional for t in specs):
                 continue
             templates = Templates() if fit is None else fit.templates
-            fit = max(self._tried_points(templates, names, name), key=lambda f: f.loglik, default=fit)
+            tried = [*self._tried_points(templates, names, name), *_as_it_stood(fit, specs)]
+            fit = max(tried, key=lambda f: f.loglik, default=fit)
             known = self._points.get(name, [])
             if fit is None:
                 self._points.setdefault(name, [_values(templates, specs)])
@@ -145,6 +147,17 @@ class Tuning:
         if spec.optional and 2 * (evaluate(best).loglik - fit.loglik) < HOPELESS * np.log(self.likelihood.samples):
             return fit
         return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, best), kept=fit.rank)
+
+
+def _as_it_stood(fit: Fit | None, specs: Sequence[TemplateSpec]) -> list[Fit]:
+    """A fit whose values of some searched parameters nobody has set yet: beside a delay they may be the best ones.
+
+    Alone an effect stands for what comes late as well, and so do the points that were kept.
+    """
+    values = {} if fit is None else _values(fit.templates, specs)
+    if fit is None or not all(t.lower <= values[t.field] <= t.upper for t in specs):
+        return []
+    return [replace(fit, templates=Templates(tuple(sorted({**dict(fit.templates.values), **values}.items()))))]
 
 
 def _values(templates: Templates, specs: Sequence[TemplateSpec]) -> dict[str, float]:

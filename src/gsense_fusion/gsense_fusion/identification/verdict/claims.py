@@ -85,8 +85,8 @@ def _vetted(
     names: list[str] = []
     refinements: list[str] = []
     for name in found:
-        if (whose := refines(selection, best, found, name)) is not None:
-            refusals[name] = Refusal(f"improves the fit by under {whose}: a refinement of shape, not a claim")
+        if (why := refines(selection, best, found, name)) is not None:
+            refusals[name] = Refusal(f"{why}: a refinement of shape, not a claim")
             refinements.append(name)
         elif (refusal := refused(selection, best, name, rounded)) is not None:
             refusals[name] = refusal

@@ -38,12 +38,12 @@ def of_its_own(selection: Selection, best: Fit, name: str, large: str) -> bool:
     if effects[name].owner is effects[large].owner or large not in best.names:
         return False
     if name == "time_offset":
-        return _delays_the_force(selection, best)
+        return delays_the_force(selection, best)
     gain = _elsewhere(selection.likelihood, best, name, _directions(selection.likelihood, best, large))
     return gain > max(RIVAL_LOGLIK, OWN_PART * selection.gain(best, name)[0])
 
 
-def _delays_the_force(selection: Selection, best: Fit) -> bool:
+def delays_the_force(selection: Selection, best: Fit) -> bool:
     """Whether G f by itself is as late as the whole gyro: a shape that lags has no part in that.
 
     The delay of G f alone is what jerk_coupling finds beside undelayed columns: -tau G times the jerk.

@@ -16,7 +16,7 @@ from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.courses import rather_gradual
 from gsense_fusion.identification.verdict.left_out import survives
 from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
-from gsense_fusion.identification.verdict.refinement import of_its_own
+from gsense_fusion.identification.verdict.refinement import delays_the_force, of_its_own
 from gsense_fusion.identification.verdict.residual import residuals
 from gsense_fusion.identification.verdict.sizes import axes_of, size_in_motion
 from gsense_fusion.identification.verdict.sufficiency import FAMILIES, FAMILY_ALPHA, order_energy
@@ -37,19 +37,22 @@ FAMILY_PART = 0.1
 
 
 def refines(selection: Selection, best: Fit, found: Sequence[str], name: str) -> str | None:
-    """What an effect of the motion is small beside, so that it only refines its shape; None where it is not."""
+    """Why an effect of the motion only refines the shape of a larger one; None where it does not."""
     effects = selection.effects
     if not effects[name].dynamic:
         return None
     gain = {n: selection.gain(best, n)[0] for n in found if effects[n].dynamic}
     largest = max(gain, key=lambda n: gain[n])
     if gain[name] < REFINEMENT_PART * gain[largest] and not of_its_own(selection, best, name, largest):
-        return f"{100 * REFINEMENT_PART:.0f} % of the strongest effect"
+        return f"improves the fit by under {100 * REFINEMENT_PART:.0f} % of the strongest effect"
     family = effects[name].family
     alike = {n: g for n, g in gain.items() if family is not None and effects[n].family == family}
     strongest = max(alike, key=lambda n: alike[n], default=name)
     if gain[name] < FAMILY_PART * gain[strongest]:
-        return f"{100 * FAMILY_PART:.0f} % of what {strongest} does, which looks like it"
+        return f"improves the fit by under {100 * FAMILY_PART:.0f} % of what {strongest} does, which looks like it"
+    shaped = [n for n, g in gain.items() if g > gain[name] and n not in alike and selection.shapes_of(n)]
+    if name == "time_offset" and shaped and not delays_the_force(selection, best):
+        return f"is what the shape of {shaped[0]} leaves, as G f by itself is not that late"
     return None
 
 
