@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
-from gsense_fusion.identification.motion.mounting import RunGeometry, common_delay, find_mountings, force_geometry
+from gsense_fusion.identification.motion.mounting import (
+    RunGeometry,
+    common_delay,
+    find_mountings,
+    force_geometry,
+    run_delays,
+)
 
 GRAVITY = 9.81
 COUNT_M = 5e-5
@@ -59,3 +65,14 @@ def test_motions_that_are_no_sines_tell_the_delay() -> None:
 def test_steady_sines_tell_the_delay_better() -> None:
     sine = geometry(False, SINE, 10, late_s=0.006)
     assert common_delay([sine, geometry(False, ODD, 11, late_s=0.004)]) == common_delay([sine])
+
+
+def test_a_drive_that_jitters_where_it_is_fast_tells_the_delay_there() -> None:
+    """A narrow filter is later the faster the drive: what slow sines hardly see is wrong where it counts."""
+    slow = geometry(False, ((0.15, 1.0),), 12, late_s=0.004)
+    fast = geometry(False, ((0.14, 8.0), (0.02, 7.1)), 13, late_s=0.006)
+    assert slow.delay is not None
+    assert fast.delay is None
+    delay = common_delay([slow, fast])
+    assert delay.value == pytest.approx(0.006, abs=2e-4)
+    assert run_delays([slow, fast], delay)[1] == pytest.approx(0.006, abs=2e-4)

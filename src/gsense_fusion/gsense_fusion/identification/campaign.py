@@ -20,6 +20,7 @@ from gsense_fusion.identification.motion.mounting import (
     run_delays,
     run_geometry,
 )
+from gsense_fusion.identification.motion.narrow_filter import RunFelt, through_narrow_filter
 from gsense_fusion.identification.motion.turned_delays import without_turns
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import BoolArray, Role
@@ -106,6 +107,11 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
     number = dict(zip(with_rig, member, strict=True))
     delay = common_delay(geometry)
     delays = run_delays(geometry, delay)
+    felt = [
+        RunFelt(with_felt_orders(motion, run, found.along, late), run, found.along, late)
+        for run, motion, found, late in zip(runs, motions, geometry, delays, strict=True)
+    ]
+    moved = through_narrow_filter(felt)
     data = []
     for i, (run, motion, found, late) in enumerate(zip(runs, motions, geometry, delays, strict=True)):
         if i in number:
@@ -114,8 +120,7 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
         else:  # a still pose held by nothing but the table: a mounting of its own
             mountings.append(_pose(found))
             k, mounting = len(mountings) - 1, mountings[-1]
-        moved = with_felt_orders(motion, run, found.along, late)
-        data.append(RunData(run, moved, found, mounting, k, _windows(run, motion, late), late))
+        data.append(RunData(run, moved[i], found, mounting, k, _windows(run, motion, late), late))
     return Campaign(tuple(data), tuple(mountings), delay)
 
 

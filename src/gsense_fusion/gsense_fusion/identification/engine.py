@@ -122,8 +122,10 @@ def _noise(campaign: Campaign, recording: Recording) -> tuple[dict[int, NoiseMod
     noise, notes = noise_at_rest(campaign)
     rounded = rounding(recording)
     if rounded is not None:
-        least = rounded.spectrum(campaign.rate_hz)
-        noise = {axis: at_least(model, float(least[axis])) for axis, model in noise.items()}
+        made, coarse = rounded.spectrum(campaign.rate_hz), rounded.coarse
+        for axis, model in noise.items():
+            density = float(made[axis])
+            noise[axis] = at_least(model, density) if coarse[axis] else replace(model, rounding=density)
     drifting = wandering_delay([r.geometry for r in campaign.runs])
     notes += () if drifting is None else (drifting,)
     return noise, notes, rounded

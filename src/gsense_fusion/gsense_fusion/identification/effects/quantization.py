@@ -66,8 +66,8 @@ class Rounding:
         return np.asarray(self.share > COARSE_PART)
 
     def spectrum(self, rate_hz: float) -> FloatArray:
-        """Least white noise of the axes, (rad/s)^2/Hz one-sided, shape (3,): the rounding's; zero where it is fine."""
-        return np.where(self.coarse, self.step**2 / 12.0 / (rate_hz / 2.0), 0.0)
+        """White noise that rounding makes, (rad/s)^2/Hz one-sided, shape (3,)."""
+        return np.asarray(self.step**2 / 12.0 / (rate_hz / 2.0))
 
     @property
     def follows(self) -> FloatArray:

@@ -76,7 +76,7 @@ def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray,
     if not len(orders):
         return None
     beyond = acceleration - encoder.acceleration_at(time)
-    found = _amplitudes(time - encoder.origin, w, orders.astype(np.int64), beyond)
+    found = amplitudes(time - encoder.origin, w, orders.astype(np.int64), beyond)
     if found is None:
         return None
     cosine, sine, sigma = found
@@ -104,7 +104,7 @@ def _told_apart(w: float, duration_s: float, rate_hz: float, most: int) -> Float
     return np.asarray(order[used])
 
 
-def _amplitudes(
+def amplitudes(
     t: FloatArray, w: float, orders: IntArray, series: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """Cosine and sine amplitudes (k,) of a series (n,) at orders of the angular frequency, and their standard errors.

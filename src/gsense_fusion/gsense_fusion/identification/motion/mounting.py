@@ -25,6 +25,7 @@ CLEAR_ENOUGH = 0.1
 """Part of a jerk that must be the motion's."""
 OWN_DELAY_STDERR_S = 3e-4
 """Runs whose delay is known better than this say how much the runs scatter."""
+STEADY_ENOUGH = 0.5  # of the error that steady sines leave in the delay: what all runs must better
 WANDERING_DELAY_S = 2e-3
 """A delay that differs by more from run to run is no chain's: encoder and IMU have clocks that drift apart."""
 
@@ -85,6 +86,11 @@ class RunGeometry:
     delay: Delay | None
     heading: Heading | None = None
     """Where the rail's direction is known from a motion that is no steady sine."""
+
+    @property
+    def own_delay(self) -> Delay | None:
+        """Of the steady sine, else of the motion as it is."""
+        return self.delay or (self.heading.delay if self.heading else None)
 
 
 @dataclass
@@ -190,15 +196,18 @@ def _heading(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> Hea
 def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
     """Weighted mean of the runs' delays; zero with infinite uncertainty where no run moves.
 
-    Where no run is a steady sine (a drive that jitters), the delay is that of the motions as they are.
+    The steady sines tell it, unless all of them are slow: then what moves faster (a drive that jitters) does.
     """
-    known = [g.delay for g in geometry if g.delay is not None]
-    known = known or [g.heading.delay for g in geometry if g.heading is not None and g.heading.delay is not None]
+    steady = _mean([g.delay for g in geometry if g.delay is not None])
+    every = _mean([d for g in geometry if (d := g.own_delay) is not None])
+    return every if every.stderr < STEADY_ENOUGH * steady.stderr else steady
+
+
+def _mean(known: Sequence[Delay]) -> Delay:
     if not known:
         return Delay(0.0, float("inf"))
     weight = np.array([1.0 / d.stderr**2 for d in known])
-    value = float(np.average([d.value for d in known], weights=weight))
-    return Delay(value, float(1.0 / np.sqrt(weight.sum())))
+    return Delay(float(np.average([d.value for d in known], weights=weight)), float(1.0 / np.sqrt(weight.sum())))
 
 
 def run_delays(geometry: Sequence[RunGeometry], common: Delay) -> list[float]:
@@ -206,14 +215,13 @@ def run_delays(geometry: Sequence[RunGeometry], common: Delay) -> list[float]:
 
     A driver's clock model has an error of its own in every run; at 8 rad/s a tenth of a millisecond is already seen.
     """
-    known = [g.delay for g in geometry if g.delay is not None]
-    excess = [(d.value - common.value) ** 2 - d.stderr**2 for d in known if d.stderr < OWN_DELAY_STDERR_S]
+    own = [g.own_delay for g in geometry]
+    excess = [(d.value - common.value) ** 2 - d.stderr**2 for d in own if d and d.stderr < OWN_DELAY_STDERR_S]
     spread = float(np.sqrt(max(float(np.mean(excess)), 0.0))) if excess else 0.0
     out = []
-    for g in geometry:
-        own = g.delay
-        weight = 0.0 if own is None or spread == 0.0 else spread**2 / (spread**2 + own.stderr**2)
-        out.append(common.value if own is None else common.value + weight * (own.value - common.value))
+    for late in own:
+        weight = 0.0 if late is None or spread == 0.0 else spread**2 / (spread**2 + late.stderr**2)
+        out.append(common.value if late is None else common.value + weight * (late.value - common.value))
     return out
 
 

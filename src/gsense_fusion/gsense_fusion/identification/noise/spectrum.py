@@ -23,6 +23,8 @@ TRIM = 5.0
 """A tone counts for no more than this many times the level of its band."""
 ROUGHNESS = tuple(10.0**x for x in np.arange(-6.0, 2.01, 0.5))
 """Variances of ln(shape) an octave that are tried: from a flat spectrum to any."""
+CLEAR_OF_ROUNDING = 2.0
+"""Of the rounding's density, that a spectrum must have: noise that blurs the step at every sample has more."""
 _FLOOR = 1e-18
 
 
@@ -42,6 +44,9 @@ class NoiseModel:
     tones: tuple[Tone, ...] = ()
     covariance: FloatArray | None = None
     """Of ln(shape) at `shape_hz`, shape (k, k); None where it is exact."""
+    rounding: float = 0.0
+    """Density that rounding to the output's step has at most, (rad/s)^2/Hz: behind a narrow filter it is all there is.
+    A signal that moves through the steps spreads it to other frequencies than one at rest."""
 
     def psd(self, frequency: FloatArray) -> FloatArray:
         """One-sided density at the frequencies in Hz (> 0)."""
@@ -78,8 +83,8 @@ class NoiseModel:
         return i, np.asarray(at - i)
 
     def usable(self, frequency: FloatArray, resolution_hz: float) -> BoolArray:
-        """False around the tones that are there at rest too."""
-        keep = np.ones(len(frequency), dtype=bool)
+        """False around the tones that are there at rest too, and where rounding is most of the noise."""
+        keep = np.asarray(self.psd(frequency) >= CLEAR_OF_ROUNDING * self.rounding)
         for tone in self.tones:
             keep &= np.abs(frequency - tone.frequency_hz) > tone.reach_hz(resolution_hz)
         return keep
