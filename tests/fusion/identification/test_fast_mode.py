@@ -30,7 +30,7 @@ def _drivers(templates: Templates = PLAIN, ringing_part: float = 0.0) -> Drivers
     w = 2 * np.pi * HZ
     a, j = np.sin(w * TIME), w * np.cos(w * TIME)
     kin = Kinematics(0 * TIME, 0 * TIME, (1 - ringing_part) * a, (1 - ringing_part) * j)
-    ringing = ringing_part * np.column_stack([a, j]) if ringing_part else None
+    ringing = ringing_part * np.stack([a, j]) if ringing_part else None
     return Drivers(kin, None, None, None, TIME, templates=templates, ringing=ringing)
 
 

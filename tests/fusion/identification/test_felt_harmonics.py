@@ -51,7 +51,7 @@ def _felt(rate_hz: float, scale: float = 1.0, kicks: dict[int, float] = KICKS) -
 
 
 def _known(motion: CarriageMotion, t: FloatArray) -> FloatArray:
-    return motion.at(t).acceleration + motion.ringing_at(t)[:, [0, 2]].sum(axis=1)
+    return motion.at(t).acceleration + motion.ringing_at(t)[[0, 2]].sum(axis=0)
 
 
 @pytest.mark.parametrize(("rate_hz", "scale"), [(200.0, 1.0), (200.0, 1.03), (100.0, 1.0), (49.0, 1.0)])

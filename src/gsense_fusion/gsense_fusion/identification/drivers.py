@@ -5,13 +5,13 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.campaign import Campaign, RunData
 from gsense_fusion.identification.effects.base import Drivers, Templates
 from gsense_fusion.identification.effects.design import RailForce
 from gsense_fusion.identification.kept import kept
+from gsense_fusion.identification.motion.delayed import Delayed
 from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.recording.integrity import CleanRun
@@ -20,7 +20,7 @@ from gsense_fusion.identification.types import FloatArray
 TEMPERATURE_REFERENCE = 25.0
 """T0 of temperature_bias in degrees Celsius."""
 SPLINE_HZ = 200.0
-"""Knots between which a delayed motion is interpolated: its derivatives end at 20 Hz."""
+"""Knots between which a delayed motion is interpolated, at least: its derivatives end at 20 Hz."""
 RINGING_SPLINE_HZ = 500.0
 
 
@@ -38,10 +38,10 @@ class DriverSource:
         self._on_time = kept(n, self._shifted)
         self._felt_on_time = kept(n, self._rail_force)
         self._slope = lru_cache(maxsize=n)(lambda data: first_slope(data.run))
-        self._spline = lru_cache(maxsize=n)(_motion_spline)
+        self._delayed = lru_cache(maxsize=n)(_delayed_motion)
         self._rung = kept(4 * n, self._ringing)
         self._rung_on_time = kept(n, self._ringing)
-        self._ringing_spline = lru_cache(maxsize=n)(_ringing_spline)
+        self._delayed_ringing = lru_cache(maxsize=n)(_delayed_ringing)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
         """V0 of supply_voltage: the fit runs' mean, V."""
@@ -57,14 +57,13 @@ class DriverSource:
         return Drivers(
             kinematics=self._kinematics(data, delay),
             mounting=data.mounting,
-            specific_force=None if force is None else force.vectors,
+            force=force,
             temperature=lagged_temperature(data.run, templates.temperature_lag_s, self._slope(data)),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
             response=self._response,
             templates=templates,
-            rail_force=force,
-            ringing=None if ringing is None else ringing[:, :2],
+            ringing=None if ringing is None else ringing[:2],
         )
 
     def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
@@ -82,7 +81,7 @@ class DriverSource:
             return Kinematics.at_rest(0.0, len(time))
         if gyro_delay_s == 0.0 or data.motion.moving is None:
             return data.motion.at(time)
-        return Kinematics(*np.ascontiguousarray(self._spline(data)(time - gyro_delay_s).T))
+        return Kinematics(*self._delayed(data).by(gyro_delay_s))
 
     def _rail_force(self, data: RunData, gyro_delay_s: float) -> RailForce | None:
         """Gravity and the carriage's acceleration, its ringing too, in the sensor's axes; None without a mounting."""
@@ -92,7 +91,7 @@ class DriverSource:
         acceleration = self._kinematics(data, gyro_delay_s).acceleration
         ringing = self._ringing_of(data, gyro_delay_s)
         if ringing is not None:
-            acceleration = acceleration + ringing[:, 0] + ringing[:, 2]
+            acceleration = acceleration + ringing[0] + ringing[2]
         along = np.zeros(3) if mounting.along is None else mounting.along
         series = np.stack([np.ones(len(acceleration)), acceleration])
         return RailForce(series, np.stack([mounting.gravity * mounting.up, along]))
@@ -100,26 +99,28 @@ class DriverSource:
     def _ringing(self, data: RunData, gyro_delay_s: float) -> FloatArray | None:
         if data.motion is None or data.motion.ringing is None:
             return None
-        time = data.run.time - data.delay_s
-        return np.asarray(
-            self._ringing_spline(data)(time - gyro_delay_s) if gyro_delay_s else data.motion.ringing_at(time)
-        )
+        if gyro_delay_s:
+            return self._delayed_ringing(data).by(gyro_delay_s)
+        return data.motion.ringing_at(data.run.time - data.delay_s)
 
 
-def _ringing_spline(data: RunData) -> CubicSpline:
+def _delayed_ringing(data: RunData) -> Delayed:
     """The same of the acceleration and jerk that are felt above the motion's own."""
-    time = data.run.time - data.delay_s
-    knots = np.arange(time[0] - 0.3, time[-1] + 0.3, 1.0 / max(RINGING_SPLINE_HZ, data.run.rate_hz))
-    return CubicSpline(knots, np.zeros((len(knots), 3)) if data.motion is None else data.motion.ringing_at(knots))
+
+    def felt(time: FloatArray) -> FloatArray:
+        return np.zeros((3, len(time))) if data.motion is None else data.motion.ringing_at(time)
+
+    return Delayed.of(data.run.time - data.delay_s, data.run.rate_hz, felt, RINGING_SPLINE_HZ)
 
 
-def _motion_spline(data: RunData) -> CubicSpline:
-    """The run's motion on knots, to be shifted in time quickly; constant beyond its ends."""
-    rate = max(SPLINE_HZ, data.run.rate_hz)
-    time = data.run.time - data.delay_s
-    knots = np.arange(time[0] - 0.3, time[-1] + 0.3, 1.0 / rate)
-    kin = Kinematics.at_rest(0.0, len(knots)) if data.motion is None else data.motion.at(knots)
-    return CubicSpline(knots, np.stack([kin.position, kin.velocity, kin.acceleration, kin.jerk], axis=1))
+def _delayed_motion(data: RunData) -> Delayed:
+    """The run's motion, to be shifted in time quickly; constant beyond its ends."""
+
+    def moved(time: FloatArray) -> FloatArray:
+        kin = Kinematics.at_rest(0.0, len(time)) if data.motion is None else data.motion.at(time)
+        return np.stack([kin.position, kin.velocity, kin.acceleration, kin.jerk])
+
+    return Delayed.of(data.run.time - data.delay_s, data.run.rate_hz, moved, SPLINE_HZ)
 
 
 def first_slope(run: CleanRun) -> float:

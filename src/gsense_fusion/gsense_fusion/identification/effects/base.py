@@ -56,8 +56,9 @@ class Drivers:
     kinematics: Kinematics
     """Carriage motion at the gyro's sample times."""
     mounting: Mounting | None
-    specific_force: FloatArray | None
-    """m/s^2, shape (n, 3), sensor axes, free of noise: gravity and the carriage's acceleration through the mounting."""
+    force: FloatArray | RailForce | None
+    """Specific force in m/s^2, sensor axes, free of noise: gravity and the carriage's acceleration through the
+    mounting; as vectors (n, 3) or in two series."""
     temperature: FloatArray | None
     """Die temperature minus `TEMPERATURE_REFERENCE`, K, shape (n,)."""
     time: FloatArray
@@ -68,22 +69,25 @@ class Drivers:
     """What the gyro's filter leaves of a signal, by frequency; None where nothing is known of it."""
     templates: Templates = Templates()
     """Values of the searched parameters."""
-    rail_force: RailForce | None = None
-    """`specific_force` in two series; None where it is no more than its vectors."""
     ringing: FloatArray | None = None
-    """Acceleration in m/s^2 and jerk in m/s^3 along the rail that are felt beyond its rigid motion, shape (n, 2)."""
+    """Acceleration in m/s^2 and jerk in m/s^3 along the rail that are felt beyond its rigid motion, shape (2, n)."""
+
+    @property
+    def specific_force(self) -> FloatArray | None:
+        """The force as vectors, m/s^2, shape (n, 3)."""
+        return self.force.vectors if isinstance(self.force, RailForce) else self.force
 
     @property
     def acceleration(self) -> FloatArray:
         """Along the rail with all that is felt of it, m/s^2, shape (n,): what drives a response to shaking."""
         own = self.kinematics.acceleration
-        return own if self.ringing is None else np.asarray(own + self.ringing[:, 0])
+        return own if self.ringing is None else np.asarray(own + self.ringing[0])
 
     @property
     def jerk(self) -> FloatArray:
         """Its derivative, m/s^3, shape (n,)."""
         own = self.kinematics.jerk
-        return own if self.ringing is None else np.asarray(own + self.ringing[:, 1])
+        return own if self.ringing is None else np.asarray(own + self.ringing[1])
 
     def __len__(self) -> int:
         return len(self.time)

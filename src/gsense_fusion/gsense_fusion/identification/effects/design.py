@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -65,7 +66,7 @@ class RailForce:
     spread: FloatArray
     """Direction and size of each, shape (2, 3)."""
 
-    @property
+    @cached_property
     def vectors(self) -> FloatArray:
         """m/s^2, shape (n, 3)."""
         return np.asarray(self.series.T @ self.spread)

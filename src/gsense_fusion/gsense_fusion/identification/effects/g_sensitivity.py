@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Drivers, Effect, spec
-from gsense_fusion.identification.effects.design import Design, Mixed
+from gsense_fusion.identification.effects.design import Design, Mixed, RailForce
 from gsense_fusion.identification.types import Owner
 
 EACH_AXIS = np.eye(9).reshape(3, 3, 9).transpose(1, 0, 2)
@@ -26,16 +26,12 @@ class GSensitivity(Effect):
 
     def missing(self, drivers: Drivers) -> str | None:
         """It needs the accelerometer, for the mounting."""
-        return (
-            "no accelerometer: the direction of the specific force is unknown"
-            if drivers.specific_force is None
-            else None
-        )
+        return "no accelerometer: the direction of the specific force is unknown" if drivers.force is None else None
 
     def design(self, drivers: Drivers) -> Design:
         """Row i of G times the specific force, shape (n, 3, 9)."""
-        force = drivers.specific_force
-        if drivers.rail_force is not None:
-            return Mixed(drivers.rail_force.series, np.tensordot(drivers.rail_force.spread, EACH_AXIS, axes=1))
+        force = drivers.force
+        if isinstance(force, RailForce):
+            return Mixed(force.series, np.tensordot(force.spread, EACH_AXIS, axes=1))
         series = np.zeros((3, len(drivers))) if force is None else np.ascontiguousarray(force.T)
         return Mixed(series, EACH_AXIS)

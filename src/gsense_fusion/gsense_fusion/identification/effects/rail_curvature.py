@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import ClassVar
 
 import numpy as np
@@ -72,15 +73,20 @@ class RailWave(TrueTurn):
 
     def angle(self, drivers: Drivers) -> FloatArray:
         """The position's power."""
-        return np.asarray(drivers.kinematics.position**self.power)
+        return _power(drivers.kinematics.position, self.power)
 
     def rate(self, drivers: Drivers) -> FloatArray:
         """Its derivative by time, as the gyro's filter leaves the high orders that it has."""
         kin = drivers.kinematics
-        rate = np.asarray(self.power * kin.position ** (self.power - 1) * kin.velocity)
+        rate = self.power * kin.velocity * _power(kin.position, self.power - 1)
         if drivers.response is None:
             return rate
         return drivers.response.passed(rate, 1.0 / drivers.step_s)
+
+
+def _power(series: FloatArray, exponent: int) -> FloatArray:
+    """As `**`, which takes logarithms."""
+    return reduce(np.multiply, [series] * exponent)
 
 
 def wave(power: int) -> RailWave:

@@ -41,7 +41,7 @@ class TimeOffset(Effect):
         """It needs motion, and the accelerometer as the other clock."""
         if not drivers.kinematics.velocity.any():
             return "no motion along a rail"
-        return "no accelerometer: nothing to compare the gyro's time with" if drivers.specific_force is None else None
+        return "no accelerometer: nothing to compare the gyro's time with" if drivers.force is None else None
 
     def design(self, drivers: Drivers) -> Design:
         """No columns, shape (n, 3, 0)."""

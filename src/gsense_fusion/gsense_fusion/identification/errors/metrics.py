@@ -11,6 +11,7 @@ from gsense_fusion.attitude import Madgwick, MadgwickParameters, attitude_at_res
 from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.errors.predict import Prediction, Predictor
 from gsense_fusion.identification.likelihood.slow import Blocks, Drift, SlowNoise
+from gsense_fusion.identification.motion.harmonics import least_squares
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import FloatArray, Owner
 
@@ -224,8 +225,7 @@ def _mean_without_drive(data: RunData, series: FloatArray) -> FloatArray:
     cut = slice(window.start, window.stop)
     phases = np.outer(t[cut], w * np.arange(1, 4))
     X = np.column_stack([np.ones(len(t[cut])), np.cos(phases), np.sin(phases)])
-    beta, *_ = np.linalg.lstsq(X, series[cut], rcond=None)
-    return np.asarray(beta[0])
+    return np.asarray(least_squares(X, series[cut])[0])
 
 
 def _up_of(quaternion: FloatArray) -> FloatArray:

@@ -10,13 +10,17 @@ import numpy as np
 from gsense_fusion.identification.campaign import RunData
 from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.likelihood.model import Fit
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.types import BoolArray, FloatArray, Owner
 
+KEPT_RUNS = 64
+"""Residuals of the runs that are held out: each error asks for them again."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Prediction:
     """A model ready to predict: which columns with which coefficients at which template values."""
 
@@ -44,15 +48,15 @@ class Predictor:
         self._effects = effects
         self._source = source
         self._columns = Columns.of(effects)
-        self._biases: dict[tuple[int, int], tuple[object, dict[int, FloatArray]]] = {}
+        self._biases = kept(None, self._biases_of)
+        self._without = kept(KEPT_RUNS, self._without_model)
 
     def biases(self, runs: tuple[RunData, ...], model: Prediction) -> dict[int, FloatArray]:
         """Bias by session of a model that is asked for more than once, rad/s, shape (3,)."""
-        key = (id(runs), id(model))
-        if key not in self._biases:
-            found = session_biases(runs, {r: self.without(r, model) for r in runs})
-            self._biases[key] = ((runs, model), found)  # kept, so that the numbers stay theirs
-        return self._biases[key][1]
+        return self._biases(runs, model)
+
+    def _biases_of(self, runs: tuple[RunData, ...], model: Prediction) -> dict[int, FloatArray]:
+        return session_biases(runs, {r: self._without_model(r, model) for r in runs})
 
     def rate(self, data: RunData, model: Prediction, owners: frozenset[Owner] | None = None) -> FloatArray:
         """Predicted angular rate without bias, rad/s, shape (n, 3); only effects of these owners where given."""
@@ -88,6 +92,9 @@ class Predictor:
 
     def without(self, data: RunData, model: Prediction) -> FloatArray:
         """Measured minus predicted rate, bias still in it, straight across what was not measured, shape (n, 3)."""
+        return self._without(data, model)
+
+    def _without_model(self, data: RunData, model: Prediction) -> FloatArray:
         return bridged(data.run.angular_rate - self.rate(data, model), data.run.valid)
 
 

@@ -20,6 +20,7 @@ from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
 from gsense_fusion.identification.felt.orders import OrderProjection, project_orders
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.likelihood.gram import Columns, Gram
 from gsense_fusion.identification.likelihood.store import DELAY, fields_of
 from gsense_fusion.identification.noise.spectrum import NoiseModel, fit_noise
@@ -76,8 +77,8 @@ class ForceChannel:
         self._effects = tuple(e for e in effects if type(e).felt is not Effect.felt)
         self._columns = Columns.of(effects)
         self._source = source
-        self._cached: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
-        self._grams: dict[tuple[frozenset[str], Templates], dict[int, Gram]] = {}
+        self._rows = kept(KEPT_ROWS, self._rows_of)
+        self._sums = kept(KEPT_ROWS, self._sum)
         self.noise = rest_noise(campaign)
         self.runs: tuple[_FeltRun, ...] = ()
         if self._effects and self.noise:
@@ -96,14 +97,7 @@ class ForceChannel:
     def grams(self, names: frozenset[str], templates: Templates) -> dict[int, Gram]:
         """By mounting; zero in all columns that do not turn the carriage."""
         wanted = frozenset(e.name for e in self._effects if e.name in names)
-        key = (wanted, templates.only(self._fields))
-        if not self.decides:
-            return {}
-        if key not in self._grams:
-            if len(self._grams) > KEPT_ROWS:
-                self._grams.clear()
-            self._grams[key] = self._sum(wanted, key[1])
-        return self._grams[key]
+        return self._sums(wanted, templates.only(self._fields)) if self.decides else {}
 
     def loglik(self, fit: Fit, beta: FloatArray | None = None) -> float:
         """Log-likelihood of the accelerometer under a fit, or under other coefficients (P,) of its model."""
@@ -114,7 +108,7 @@ class ForceChannel:
     def _sum(self, names: frozenset[str], templates: Templates) -> dict[int, Gram]:
         index = self._columns.index(names)
         effects = [e for e in self._effects if e.name in names]
-        parts = [self._rows(e, templates) for e in effects]
+        parts = [self._rows(e, templates.only(fields_of(e) - {DELAY})) for e in effects]
         out: dict[int, Gram] = {}
         for axis, own in self._axes.items():
             for mounting, block in own.blocks.items():
@@ -129,19 +123,14 @@ class ForceChannel:
                 out[mounting] = out[mounting] + gram if mounting in out else gram
         return out
 
-    def _rows(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
+    def _rows_of(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
         """Orders of an effect's columns by run, shape (rows, 3, p)."""
-        key = (effect.name, templates.only(fields_of(effect) - {DELAY}))
-        if key not in self._cached:
-            if len(self._cached) > KEPT_ROWS:
-                self._cached = {k: v for k, v in self._cached.items() if not k[1].values}
-            rows = []
-            for run in self.runs:
-                felt = effect.felt(self._source.of(run.data, key[1]))
-                shape = (len(run.rest), 3, len(effect.parameters))
-                rows.append(np.zeros(shape) if felt is None else run.projection.of_design(Mixed.of(felt)))
-            self._cached[key] = tuple(rows)
-        return self._cached[key]
+        rows = []
+        for run in self.runs:
+            felt = effect.felt(self._source.of(run.data, templates))
+            shape = (len(run.rest), 3, len(effect.parameters))
+            rows.append(np.zeros(shape) if felt is None else run.projection.of_design(Mixed.of(felt)))
+        return tuple(rows)
 
 
 def rest_noise(campaign: Campaign) -> dict[int, NoiseModel]:

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dtrtri
 
 from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.types import FloatArray, IntArray
@@ -69,18 +70,18 @@ def marginalise(gram: Gram, tolerance: Tolerance) -> Marginal:
     r = tolerance.columns
     if len(r) == 0:
         return Marginal(gram, 0.0, np.zeros((0, 0)))
-    own = gram.xx[np.ix_(r, r)]
-    inverse = np.linalg.inv(np.diag(1.0 / tolerance.variance) + own)
-    cross = gram.xx[:, r]
-    reduced = Gram(
-        gram.xx - cross @ inverse @ cross.T,
-        gram.xy - cross @ inverse @ gram.xy[r],
-        gram.yy - float(gram.xy[r] @ inverse @ gram.xy[r]),
-        gram.rows,
-    )
     root = np.sqrt(tolerance.variance)
-    logdet = float(np.linalg.slogdet(np.eye(len(r)) + root[:, None] * own * root[None])[1])
-    return Marginal(reduced, logdet, inverse)
+    cross = gram.xx[r] * root[:, None]
+    own = cross[:, r] * root
+    own.flat[:: len(r) + 1] += 1.0
+    factor = np.linalg.cholesky(own)  # of 1 + sqrt(S) X'X sqrt(S)
+    half = dtrtri(factor, lower=True)[0]
+    columns, rates = half @ cross, half @ (gram.xy[r] * root)
+    reduced = Gram(
+        gram.xx - columns.T @ columns, gram.xy - columns.T @ rates, gram.yy - float(rates @ rates), gram.rows
+    )
+    half = half * root
+    return Marginal(reduced, 2.0 * float(np.sum(np.log(np.diag(factor)))), half.T @ half)
 
 
 def differences(

@@ -72,8 +72,12 @@ def whiten_alike(series: FloatArray, bins: Bins) -> FloatArray:
 
 def rows_by_axis(series: FloatArray, bins: Bins, axes: Collection[int]) -> FloatArray:
     """Whitened rows (len(axes), 2 * bins, k) of k series (k, n) as each axis weighs them, slow parts projected out."""
-    if (series == series[:, :1]).all():  # a step before or after the window
-        return np.zeros((len(axes), 2 * len(bins.frequency), len(series)))
+    varies = (series != series[:, :1]).any(axis=1)  # gravity does not, nor a step before or after the window
+    if not varies.all():
+        out = np.zeros((len(axes), 2 * len(bins.frequency), len(series)))
+        if varies.any():
+            out[:, :, varies] = rows_by_axis(series[varies], bins, axes)
+        return out
     spectrum = rfft(series, axis=1)[:, bins.keep]
     return whitened(np.concatenate([spectrum.real, spectrum.imag], axis=1).T, bins, axes)
 

@@ -149,7 +149,7 @@ class Likelihood:
     def _block_part(self, names: frozenset[str], templates: Templates) -> FloatArray:
         """Design of the blocks for the columns of some effects, in their order, shape (b, 3, k)."""
         empty = np.zeros((len(self.blocks), 3, 0))
-        parts = [self.fast.block_means(e, templates) for e in self.effects if e.name in names]
+        parts = [self.fast.block_means(e, templates) for e in self.effects if e.parameters and e.name in names]
         return np.concatenate([empty, *parts], axis=2)
 
     def drift_at_rest(self, fit: Fit) -> dict[int, Drift]:

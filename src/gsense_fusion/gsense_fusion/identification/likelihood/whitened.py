@@ -18,6 +18,7 @@ from gsense_fusion.identification.campaign import Campaign, Window
 from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.likelihood.bins import HIGHEST_HZ, Bins, axis_rows, rows_by_axis, window_bins
 from gsense_fusion.identification.likelihood.gram import Columns, Gram
 from gsense_fusion.identification.likelihood.store import Designs, fields_of, means
@@ -29,6 +30,9 @@ KEPT_ROWS = 160
 KEPT_GRAMS = 64
 KEPT_PRODUCTS = 10_000
 """Each has some kilobytes, where the rows that it is made of have a megabyte."""
+
+Changed = tuple[Effect, Templates]
+"""An effect whose columns are not the default ones, and the searched values that they depend on."""
 
 
 def whiten(series: FloatArray, bins: Bins) -> FloatArray:
@@ -71,11 +75,12 @@ class WhitenedCampaign:
             [(w, window_bins(len(w), r.run.rate_hz, noise)) for w in r.windows if w.moving] for r in campaign.fit
         ]
         self._wide = WideBand(campaign, self._designs, noise, HIGHEST_HZ)
-        self._rows: dict[tuple[str, Templates], _Rows] = {}
+        self._default_rows = kept(None, self._made_rows)
+        self._moved_rows = kept(KEPT_ROWS, self._made_rows)
         self._means: dict[tuple[str, Templates], FloatArray] = {}
-        self._cross: dict[tuple[str, Templates], FloatArray] = {}
-        self._products: dict[tuple[str, Templates, str, Templates], FloatArray] = {}
-        self._grams: dict[frozenset[tuple[str, Templates]], _Grams] = {}
+        self._crossed = kept(None, self._crossed_with)
+        self._product = kept(KEPT_PRODUCTS, self._product_of)
+        self._grams = kept(KEPT_GRAMS, self._grams_of)
         measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
         # terms that have to be bought are made when the search asks for them
         default = [self._none(e, measured) if e.bought else self.rows(e, Templates()) for e in effects]
@@ -86,23 +91,18 @@ class WhitenedCampaign:
 
     def rows(self, effect: Effect, templates: Templates) -> _Rows:
         """Whitened series of one effect on each fit run."""
-        key = (effect.name, templates.only(fields_of(effect)))
-        if key in self._rows:
-            if key[1].values:  # the latest used stand last
-                self._rows[key] = self._rows.pop(key)
-        else:
-            oldest = next((k for k in self._rows if k[1].values), None)
-            if len(self._rows) > KEPT_ROWS and oldest is not None:
-                del self._rows[oldest]
-            rows, blocks, spread = [], [], []
-            for number, data in enumerate(self.campaign.fit):
-                design = self._designs.of(effect, data, key[1])
-                rows.append(self._whiten(number, design.series))
-                blocks.append(_means(design, self._blocks[number]))
-                spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
-            self._rows[key] = _Rows(tuple(rows), np.array(spread))
-            self._means[key] = np.concatenate(blocks)
-        return self._rows[key]
+        own = templates.only(fields_of(effect))
+        return self._moved_rows(effect, own) if own.values else self._default_rows(effect, own)
+
+    def _made_rows(self, effect: Effect, templates: Templates) -> _Rows:
+        rows, blocks, spread = [], [], []
+        for number, data in enumerate(self.campaign.fit):
+            design = self._designs.of(effect, data, templates)
+            rows.append(self._whiten(number, design.series))
+            blocks.append(_means(design, self._blocks[number]))
+            spread.append(design.spread[:, [*self._noise]].transpose(1, 0, 2))
+        self._means[effect.name, templates] = np.concatenate(blocks)
+        return _Rows(tuple(rows), np.array(spread))
 
     def block_means(self, effect: Effect, templates: Templates) -> FloatArray:
         """Block means of one effect's columns, shape (b, 3, p)."""
@@ -126,20 +126,13 @@ class WhitenedCampaign:
         return self._found(templates, names).mountings
 
     def _found(self, templates: Templates, names: frozenset[str] | None) -> _Grams:
-        wanted = [e for e in self.effects if names is None or e.name in names]
-        own = {e.name: templates.only(fields_of(e)) for e in wanted}
-        changed = [e for e in wanted if own[e.name].values or (names is not None and (e.wide_band or e.bought))]
-        key = frozenset((e.name, own[e.name]) for e in changed)
-        if not changed:
-            return self._base
-        if key in self._grams:
-            self._grams[key] = self._grams.pop(key)
-        else:
-            if len(self._grams) > KEPT_GRAMS:
-                del self._grams[next(iter(self._grams))]
-            wide = [e for e in changed if e.wide_band]
-            self._grams[key] = self._summed(self._widened(self._replaced(changed, own), wide, templates))
-        return self._grams[key]
+        wanted = [e for e in self.effects if e.parameters and (names is None or e.name in names)]
+        own = [(e, templates.only(fields_of(e))) for e in wanted]
+        changed = tuple((e, t) for e, t in own if t.values or (names is not None and (e.wide_band or e.bought)))
+        return self._grams(changed) if changed else self._base
+
+    def _grams_of(self, changed: tuple[Changed, ...]) -> _Grams:
+        return self._summed(self._widened(self._replaced(changed), tuple(c for c in changed if c[0].wide_band)))
 
     def _summed(self, runs: tuple[Gram, ...]) -> _Grams:
         out: dict[int, Gram] = {}
@@ -149,13 +142,13 @@ class WhitenedCampaign:
                 out[key] = out[key] + gram if key in out else gram
         return _Grams(runs, out)
 
-    def _widened(self, grams: tuple[Gram, ...], wide: Sequence[Effect], templates: Templates) -> tuple[Gram, ...]:
+    def _widened(self, grams: tuple[Gram, ...], wide: tuple[Changed, ...]) -> tuple[Gram, ...]:
         """With the rows above the common band, which only some effects have."""
         if not wide:
             return grams
-        index = self.columns.index(frozenset(e.name for e in wide))
+        index = self.columns.index(frozenset(e.name for e, _ in wide))
         out = []
-        for gram, (xx, xy) in zip(grams, self._wide.products(wide, templates), strict=True):
+        for gram, (xx, xy) in zip(grams, self._wide.products(wide), strict=True):
             sums = gram.xx.copy(), gram.xy.copy()
             sums[0][np.ix_(index, index)] += xx
             sums[1][index] += xy
@@ -171,40 +164,32 @@ class WhitenedCampaign:
             out.append(Gram(full[:-1, :-1], full[:-1, -1], float(full[-1, -1]), size))
         return tuple(out)
 
-    def _replaced(self, changed: Sequence[Effect], own: Mapping[str, Templates]) -> tuple[Gram, ...]:
+    def _replaced(self, changed: tuple[Changed, ...]) -> tuple[Gram, ...]:
         """The default Grams with the columns of some effects at other template values."""
         P = self.columns.total
-        index = {e.name: self.columns.index(frozenset({e.name})) for e in changed}
+        index = {e: self.columns.index(frozenset({e.name})) for e, _ in changed}
         xx, xy = self._sums[0].copy(), self._sums[1].copy()
-        for e in changed:
-            cross, i = self._crossed(e, own[e.name]), index[e.name]
+        for e, templates in changed:
+            cross, i = self._crossed(e, templates), index[e]
             xx[:, i, :], xx[:, :, i] = cross[:, :, :P], cross[:, :, :P].transpose(0, 2, 1)
             xy[:, i] = cross[:, :, P]
-        for e, f in combinations_with_replacement(changed, 2):
-            product, i, j = self._product(e, f, own), index[e.name], index[f.name]
+        for one, other in combinations_with_replacement(changed, 2):
+            product, i, j = self._product(one, other), index[one[0]], index[other[0]]
             xx[:, i[:, None], j], xx[:, j[:, None], i] = product, product.transpose(0, 2, 1)
         each = zip(xx, xy, self._base.runs, strict=True)
         return tuple(Gram(a, b, base.yy, base.rows) if base.rows else base for a, b, base in each)
 
-    def _product(self, e: Effect, f: Effect, own: Mapping[str, Templates]) -> FloatArray:
+    def _product_of(self, one: Changed, other: Changed) -> FloatArray:
         """Products of two effects' columns by run, shape (runs, p, q)."""
-        key = (e.name, own[e.name], f.name, own[f.name])
-        if key not in self._products:
-            if len(self._products) > KEPT_PRODUCTS:
-                del self._products[next(iter(self._products))]
-            a, b = self.rows(e, own[e.name]), self.rows(f, own[f.name])
-            inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
-            self._products[key] = _spread_out(inner, a.spread, b.spread)
-        return self._products[key]
+        a, b = self.rows(*one), self.rows(*other)
+        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
+        return _spread_out(inner, a.spread, b.spread)
 
-    def _crossed(self, effect: Effect, templates: Templates) -> FloatArray:
+    def _crossed_with(self, effect: Effect, templates: Templates) -> FloatArray:
         """Products of an effect's columns with all default columns and the measured rate, shape (runs, p, P + 1)."""
-        key = (effect.name, templates)
-        if key not in self._cross:
-            own = self.rows(effect, templates)
-            inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(own.rows, self._stack, strict=True)])
-            self._cross[key] = _spread_out(inner, own.spread, self._spread)
-        return self._cross[key]
+        own = self.rows(effect, templates)
+        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(own.rows, self._stack, strict=True)])
+        return _spread_out(inner, own.spread, self._spread)
 
     def _whiten(self, number: int, series: FloatArray) -> FloatArray:
         """Whitened rows (axes, rows, k) of a run's series (k, n), all moving windows one after the other."""

@@ -15,8 +15,9 @@ from scipy.fft import rfft
 from gsense_fusion.identification.campaign import Campaign, Window
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.design import Mixed
+from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.likelihood.bins import Bins, axis_rows, rows_by_axis, whitened, window_bins
-from gsense_fusion.identification.likelihood.store import DELAY, Designs, fields_of
+from gsense_fusion.identification.likelihood.store import DELAY, Designs
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import ComplexArray, FloatArray
@@ -49,20 +50,18 @@ class WideBand:
         self._windows: list[list[tuple[Window, Bins]]] | None = None
         self._vibration: Rows = []
         self._measured: list[FloatArray] = []
-        self._rows: dict[tuple[str, Templates], tuple[FloatArray, ...]] = {}
-        self._products: dict[tuple[tuple[str, Templates], ...], list[tuple[FloatArray, FloatArray]]] = {}
+        self._rows = kept(KEPT, self._rows_of)
+        self._products = kept(KEPT_PRODUCTS, self._products_of)
 
-    def products(self, effects: Sequence[Effect], templates: Templates) -> list[tuple[FloatArray, FloatArray]]:
-        """X'X (p, p) and X'y (p,) of the effects' columns in their order, for each fit run."""
-        key = tuple(self._key(e, templates) for e in effects)
-        if key not in self._products:
-            if len(self._products) > KEPT_PRODUCTS:
-                del self._products[next(iter(self._products))]
-            self._prepare()
-            columns = [self._of(e, own) for e, own in zip(effects, key, strict=True)]
-            X = [np.concatenate(parts, axis=1) for parts in zip(*columns, strict=True)]
-            self._products[key] = [(x.T @ x, x.T @ y) for x, y in zip(X, self._measured, strict=True)]
-        return self._products[key]
+    def products(self, effects: Sequence[tuple[Effect, Templates]]) -> list[tuple[FloatArray, FloatArray]]:
+        """X'X (p, p) and X'y (p,) for each fit run, of effects' columns in their order at the effects' own values."""
+        return self._products(tuple((e, _in_steps(t)) for e, t in effects))
+
+    def _products_of(self, effects: tuple[tuple[Effect, Templates], ...]) -> list[tuple[FloatArray, FloatArray]]:
+        self._prepare()
+        columns = [self._rows(*own) for own in effects]
+        X = [np.concatenate(parts, axis=1) for parts in zip(*columns, strict=True)]
+        return [(x.T @ x, x.T @ y) for x, y in zip(X, self._measured, strict=True)]
 
     def _prepare(self) -> None:
         if self._windows is not None:
@@ -101,24 +100,11 @@ class WideBand:
                 weight[:, axis] /= np.sqrt(max(1.0, float(np.median(power)) / np.log(2.0)))
         return Bins(bins.keep, bins.frequency, weight, bins.samples, bins.noise)
 
-    @staticmethod
-    def _key(effect: Effect, templates: Templates) -> tuple[str, Templates]:
-        """What an effect's rows depend on."""
-        templates = templates.only(fields_of(effect))
-        if templates.gyro_delay_s:
-            templates = templates.set(DELAY, round(templates.gyro_delay_s / DELAY_STEP_S) * DELAY_STEP_S)
-        return effect.name, templates
-
-    def _of(self, effect: Effect, key: tuple[str, Templates]) -> tuple[FloatArray, ...]:
+    def _rows_of(self, effect: Effect, templates: Templates) -> tuple[FloatArray, ...]:
         """Rows by run, (rows, p)."""
-        if key not in self._rows:
-            if len(self._rows) > KEPT:
-                self._rows.clear()
-            designs = (self._designs.of(effect, r, key[1]) for r in self._campaign.fit)
-            self._rows[key] = tuple(
-                _flat(self._vibration, [self._columns(i, d) for i, d in enumerate(designs)], len(effect.parameters))
-            )
-        return self._rows[key]
+        designs = (self._designs.of(effect, r, templates) for r in self._campaign.fit)
+        columns = [self._columns(i, d) for i, d in enumerate(designs)]
+        return tuple(_flat(self._vibration, columns, len(effect.parameters)))
 
     def _columns(self, number: int, design: Mixed) -> list[FloatArray]:
         """Whitened columns of a run's design, (axes, rows, p) of each window."""
@@ -146,6 +132,13 @@ class WideBand:
             series = np.concatenate([cut, np.gradient(cut, axis=0)], axis=1)
             out.append((rfft(series, axis=0)[bins.keep], bins))
         return out
+
+
+def _in_steps(templates: Templates) -> Templates:
+    """The same with the gyro's delay in whole steps."""
+    if not templates.gyro_delay_s:
+        return templates
+    return templates.set(DELAY, round(templates.gyro_delay_s / DELAY_STEP_S) * DELAY_STEP_S)
 
 
 def _later(spectrum: ComplexArray, bins: Bins, delay_s: float, axes: Collection[int]) -> FloatArray:

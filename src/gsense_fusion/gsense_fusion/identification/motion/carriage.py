@@ -117,15 +117,15 @@ class CarriageMotion:
         """What the sensor feels along the rail on top of `at`, at the times (n,).
 
         Returns:
-            Acceleration and jerk below half the sample rate, and the acceleration above it, shape (n, 3).
+            Acceleration and jerk below half the sample rate, and the acceleration above it, shape (3, n).
 
         """
-        out = np.zeros((len(time), 3))
+        out = np.zeros((3, len(time)))
         if self.ringing is not None and self.folded is not None and self.steady is not None:
             inside = (time >= self.steady.start) & (time <= self.steady.stop)
             felt = self.ringing.at(time[inside])
             folded = self.folded.at(time[inside])
-            out[inside] = np.column_stack([felt.acceleration, felt.jerk, folded.acceleration])
+            out[:, inside] = felt.acceleration, felt.jerk, folded.acceleration
         return out
 
 

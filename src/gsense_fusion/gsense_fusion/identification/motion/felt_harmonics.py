@@ -19,7 +19,7 @@ import numpy as np
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
 from gsense_fusion.identification.motion.harmonics import HIGHEST_HARMONIC_HZ, WORST_CONDITION, Harmonics
-from gsense_fusion.identification.motion.phasors import normal_matrix, phasors
+from gsense_fusion.identification.motion.phasors import Phasors
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 
@@ -114,18 +114,20 @@ def amplitudes(
     k = len(orders)
     slow = (t - t.mean()) / np.ptp(t)
     rest = np.stack([slow, slow**2])
-    powers = phasors(w * t, int(orders.max()))
-    with_slow = (powers @ rest.T)[orders - 1]
+    phasors = Phasors.of(w * t)
+    *slow_sums, found = phasors.sums(np.stack([*rest, series]), orders)
+    with_slow = np.array(slow_sums).T
     cross = np.concatenate([rest.sum(axis=1)[None], with_slow.real, with_slow.imag])
-    matrix = np.block([[normal_matrix(powers, orders), cross], [cross.T, rest @ rest.T]])
-    found = (powers @ series)[orders - 1]
-    if np.linalg.cond(matrix, 1) > WORST_CONDITION:
+    matrix = np.block([[phasors.normal_matrix(orders), cross], [cross.T, rest @ rest.T]])
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
         return None
-    inverse = np.linalg.inv(matrix)
+    if np.linalg.norm(matrix, 1) * np.linalg.norm(inverse, 1) > WORST_CONDITION:
+        return None
     beta = inverse @ np.concatenate([[series.sum()], found.real, found.imag, rest @ series])
-    spread = np.zeros(len(powers), dtype=complex)
-    spread[orders - 1] = beta[1 : 1 + k] - 1j * beta[1 + k : 1 + 2 * k]
-    left = series - beta[0] - (spread @ powers).real - beta[1 + 2 * k :] @ rest
+    size = beta[1 : 1 + k] - 1j * beta[1 + k : 1 + 2 * k]
+    left = series - beta[0] - phasors.oscillation(size[None], orders)[0] - beta[1 + 2 * k :] @ rest
     spread_of = np.abs(np.diag(inverse)) * np.sum(left**2) / (len(t) - len(beta))
     sigma = np.sqrt((spread_of[1 : 1 + k] + spread_of[1 + k : 1 + 2 * k]) / 2)
     return beta[1 : 1 + k], beta[1 + k : 1 + 2 * k], sigma

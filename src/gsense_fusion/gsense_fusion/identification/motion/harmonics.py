@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gsense_fusion.identification.motion.phasors import normal_matrix, phasors
+from gsense_fusion.identification.motion.phasors import Phasors, powers
 from gsense_fusion.identification.types import ComplexArray, FloatArray, IntArray
 
 HIGHEST_HARMONIC_HZ = 20.0
@@ -15,6 +15,8 @@ KEEP_SIGMA = 5.0
 WORST_CONDITION = 1e4
 """Of the orders' normal matrix. Whole periods have some tens; where gaps leave a part of every period out, a sum of
 many orders can be anything there."""
+ROUNDED = 1e-12
+"""Of a series: what its sums are rounded to, which repeats and is no order."""
 LOCKED_PART = 0.2
 """Of the deviation that rounding to counts makes: what stays in each order, as it repeats with the drive."""
 
@@ -82,12 +84,9 @@ class Harmonics:
         if not len(self.orders):
             return np.zeros((len(which), len(time)))
         orders = np.rint(self.orders).astype(np.int64)
-        powers = phasors(self.angular_frequency * (time - self.origin), int(orders.max()))
         # c cos + d sin is the real part of (c - i d) exp(i phase), whose derivative has the factor i w
         size = (self.cosine - 1j * self.sine) * (1j * self.angular_frequency * self.orders) ** np.array(which)[:, None]
-        spread = np.zeros((len(which), len(powers)), dtype=complex)
-        spread[:, orders - 1] = size
-        return np.asarray((spread @ powers).real)
+        return Phasors.of(self.angular_frequency * (time - self.origin)).oscillation(size, orders)
 
 
 def fit_harmonics(time: FloatArray, position: FloatArray, guess: float) -> Harmonics:
@@ -132,19 +131,18 @@ def refined_guess(time: FloatArray, position: FloatArray, guess: float) -> float
 
 
 def _keep_significant(t: FloatArray, position: FloatArray, w: float, highest: int, origin: float) -> Harmonics:
-    powers = phasors(w * t, highest)
-    orders = np.arange(1, highest + 1)
-    while len(orders) > 1 and np.linalg.cond(normal_matrix(powers, orders), 1) > WORST_CONDITION:
+    phasors, orders = Phasors.of(w * t), np.arange(1, highest + 1)
+    while len(orders) > 1 and np.linalg.cond(phasors.normal_matrix(orders), 1) > WORST_CONDITION:
         orders = orders[: len(orders) // 2]
     for _ in range(2):
-        fit = _fit_orders(powers, position, orders)
+        fit = _fit_orders(phasors, position, orders)
         keep = np.abs(fit.size) > KEEP_SIGMA * fit.rms * np.sqrt(2.0 / len(t))
         keep[0] = True
         if keep.all():
             break
         orders = orders[keep]
     else:
-        fit = _fit_orders(powers, position, orders)
+        fit = _fit_orders(phasors, position, orders)
     stderr = max(fit.rms * float(np.sqrt(2.0 / len(t))), LOCKED_PART * fit.rms)
     return Harmonics(w, origin, fit.offset, orders.astype(float), fit.size.real, fit.size.imag, fit.rms, stderr)
 
@@ -160,15 +158,15 @@ class _Orders:
     """Standard deviation of what is left."""
 
 
-def _fit_orders(powers: ComplexArray, series: FloatArray, orders: IntArray) -> _Orders:
+def _fit_orders(phasors: Phasors, series: FloatArray, orders: IntArray) -> _Orders:
     k = len(orders)
-    right = (powers @ series)[orders - 1]
+    right = phasors.sums(series[None], orders)[0]
     # harmonics over whole periods are nearly orthogonal
-    beta = np.linalg.solve(normal_matrix(powers, orders), np.concatenate([[series.sum()], right.real, right.imag]))
-    spread = np.zeros(len(powers), dtype=complex)
-    spread[orders - 1] = beta[1 : 1 + k] - 1j * beta[1 + k :]
-    rest = series - beta[0] - (spread @ powers).real
-    return _Orders(float(beta[0]), beta[1 : 1 + k] + 1j * beta[1 + k :], float(np.std(rest)))
+    beta = np.linalg.solve(phasors.normal_matrix(orders), np.concatenate([[series.sum()], right.real, right.imag]))
+    size = beta[1 : 1 + k] - 1j * beta[1 + k :]
+    rest = series - beta[0] - phasors.oscillation(size[None], orders)[0]
+    rms = max(float(np.std(rest)), ROUNDED * float(np.std(series)))
+    return _Orders(float(beta[0]), size.conj(), rms)
 
 
 def least_squares(X: FloatArray, y: FloatArray) -> FloatArray:
@@ -180,5 +178,5 @@ def least_squares(X: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def _columns(t: FloatArray, w: float, highest: int) -> FloatArray:
-    powers = phasors(w * t, highest)
-    return np.concatenate([np.ones((1, len(t))), powers.real, powers.imag]).T
+    turned = powers(w * t, highest)
+    return np.concatenate([turned.real, turned.imag[1:]]).T

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from gsense_fusion.identification.errors.metrics import (
 )
 from gsense_fusion.identification.felt.words import SPEED_TILT, felt_notes, hidden_tilt
 from gsense_fusion.identification.likelihood.model import Fit
+from gsense_fusion.identification.likelihood.slow import Drift
 from gsense_fusion.identification.motion.mounting import NOMINAL
 from gsense_fusion.identification.outcome import plotdata
 from gsense_fusion.identification.outcome.curves import fitted_curves
@@ -76,7 +77,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         + tuple(felt_notes(a))
         + tuple(n for c in a.clean for n in c.notes),
         ranking=_ranking(a.selection, full),
-        plots=_plots(a, traces),
+        plots=_plots(a, traces, rest),
         supply_reference=a.likelihood.source.supply_reference,
         direction=rail_direction(a),
         covariances={**covariances(a), **spreads},
@@ -167,9 +168,9 @@ def _ranking(selection: Selection, full: Fit) -> tuple[Ranked, ...]:
     return tuple(Ranked(tuple(sorted(c.fit.names)), best - c.score, full.loglik - c.fit.loglik) for c in tried[:12])
 
 
-def _plots(a: Analysis, traces: Sequence[AttitudeTrace]) -> Plots:
+def _plots(a: Analysis, traces: Sequence[AttitudeTrace], rest: Mapping[int, Drift]) -> Plots:
     return Plots(
-        per_run=plotdata.per_run(a),
+        per_run=plotdata.per_run(a, rest),
         orders=plotdata.orders(a),
         ellipse=plotdata.ellipse(a),
         position=plotdata.position_map(a),

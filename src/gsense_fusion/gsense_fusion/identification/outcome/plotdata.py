@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from gsense_fusion.identification.errors.metrics import (
     residual_runs,
 )
 from gsense_fusion.identification.errors.predict import Prediction
+from gsense_fusion.identification.likelihood.slow import Drift
 from gsense_fusion.identification.noise.spectrum import periodogram
 from gsense_fusion.identification.result import Ellipse, OrderSpectrum, PoseScatter, PositionMap, RunErrors, SlowTrace
 from gsense_fusion.identification.types import AXES, FloatArray
@@ -29,10 +30,9 @@ PHASE_BINS = 72
 POSITION_BINS = 40
 
 
-def per_run(a: Analysis) -> tuple[RunErrors, ...]:
-    """Held-out error of each run."""
+def per_run(a: Analysis, rest: Mapping[int, Drift]) -> tuple[RunErrors, ...]:
+    """Held-out error of each run; `rest`: drift at rest, by axis."""
     out = []
-    rest = a.likelihood.drift_at_rest(a.claims.full)
     for fold in a.folds:
         for data in fold.held:
             one = [Held((data,), fold.everything, fold.models, fold.predictor)]

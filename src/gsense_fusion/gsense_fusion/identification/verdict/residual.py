@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -14,6 +13,7 @@ from gsense_fusion.identification.likelihood.bins import USED_BAND, Bins, rows_b
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
+from gsense_fusion.identification.motion.phasors import turning
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray, IntArray
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
@@ -173,8 +173,10 @@ def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]
     edges = [LOWEST_COHERENT_HZ]
     while edges[-1] < top:
         edges.append(max(edges[-1] * 1.04, edges[-1] + 0.4))
-    for low, high in itertools.pairwise(edges):
-        places = [np.flatnonzero((w.frequency >= low) & (w.frequency < high) & w.away_from_orders()) for w in windows]
+    free = [np.flatnonzero(w.away_from_orders()) for w in windows]
+    bands = [np.split(i, np.searchsorted(w.frequency[i], edges)) for w, i in zip(windows, free, strict=True)]
+    for band in range(1, len(edges)):
+        places = [parts[band] for parts in bands]
         moving = np.repeat([w.window.moving for w in windows], [len(i) for i in places])
         enough = int(moving.sum()) >= MIN_COHERENT_BINS * len(mountings)
         for axis in range(3):
@@ -236,8 +238,8 @@ def line_energies(residual: WindowResidual, frequencies_hz: FloatArray) -> list[
     records overestimate proves nothing, one that they underestimate must not raise alarms.
     """
     k, n = len(frequencies_hz), len(residual.window)
-    phase = np.outer(frequencies_hz, 2 * np.pi * np.arange(n) / residual.data.run.rate_hz)
-    rows = rows_by_axis(np.concatenate([np.cos(phase), np.sin(phase)]), residual.bins, range(3))
+    turned = turning(2 * np.pi * frequencies_hz / residual.data.run.rate_hz, n)
+    rows = rows_by_axis(np.concatenate([turned.real, turned.imag]), residual.bins, range(3))
     free = np.flatnonzero(residual.away_from_orders())
     return [_line_energy(residual, rows[:, :, [i, k + i]], free, f) for i, f in enumerate(frequencies_hz.tolist())]
 
