@@ -15,6 +15,8 @@ from gsense_fusion.identification.verdict.residual import WindowResidual
 LINE_REACH = 3
 """Bins to either side that a line may reach; the level of the noise comes from those up to `LEVEL_REACH`."""
 LEVEL_REACH = 25
+HUMP_REACH = 5
+"""Bins to either side over which rest tells the level: noise may have a hump that is narrower than its smoothing."""
 REST_ALPHA = 0.01
 REACHED = 0.8
 """Part of a line's power that the bins around it hold."""
@@ -36,15 +38,15 @@ def _amplitude(residual: WindowResidual, bin_: int, axis: int, power: float) -> 
     return float(np.sqrt(2 * power) / (residual.bins.weight[bin_, axis] * len(residual.window) / 2))
 
 
-def single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
-    """Bins of one window that stand out of those beside them."""
+def single_lines(moving: Sequence[WindowResidual], alpha: float, still: Sequence[WindowResidual] = ()) -> list[Line]:
+    """Bins of one window that stand out of those beside them, and of what rest has there."""
     looks = sum(int(w.away_from_orders().sum()) * 3 for w in moving)
     threshold = np.log(looks / alpha)
     out = []
     for w in moving:
         away = w.away_from_orders()
         level, near = _beside(w.power * away[:, None], away.astype(float))
-        known = _known(near, w.bins.variance)
+        level, known = _no_hump(w, still, level, _known(near, w.bins.variance))
         # exponential ordinates over a level from m others: the tail (1 + x/m)^-m, put back on the scale of exp(-x)
         calibrated = known * np.log1p(w.power / level / known)
         for i, axis in zip(*np.nonzero((calibrated > threshold) & away[:, None]), strict=True):
@@ -54,7 +56,7 @@ def single_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
     return out
 
 
-def pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
+def pooled_lines(moving: Sequence[WindowResidual], alpha: float, still: Sequence[WindowResidual] = ()) -> list[Line]:
     """Sum of the nearest bins of all windows on the coarsest window's grid."""
     coarse = max(moving, key=lambda w: w.resolution_hz)
     total = np.zeros((len(coarse.frequency), 3))
@@ -69,7 +71,7 @@ def pooled_lines(moving: Sequence[WindowResidual], alpha: float) -> list[Line]:
         count += usable
         nearest.append((w, at))
     level, near = _beside(total, count)
-    known = _known(near, coarse.bins.variance)
+    level, known = _no_hump(coarse, still, level, _known(near, coarse.bins.variance))
     mean = total / np.maximum(count, 1)[:, None]
     p = np.asarray(fisher.sf(mean / level, 2 * np.maximum(count, 1)[:, None], 2 * known))
     looks = int((count > 1).sum()) * 3
@@ -137,6 +139,21 @@ def _beside(total: FloatArray, count: FloatArray) -> tuple[FloatArray, FloatArra
     near = around(LEVEL_REACH) - around(LINE_REACH)
     known = np.maximum(near[:, 3], 1.0)
     return np.maximum(near[:, :3] / known[:, None], 1.0), known
+
+
+def _no_hump(
+    window: WindowResidual, still: Sequence[WindowResidual], level: FloatArray, known: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Level of the noise and what it is known by (m, 3), of rest where a hump there is more than what lies beside."""
+    reach = HUMP_REACH * window.resolution_hz
+    total, count = np.zeros_like(level), np.zeros_like(level)
+    for w in still:
+        both = np.concatenate([np.zeros((1, 6)), np.cumsum(np.hstack([w.power, w.bins.weight > 0]), axis=0)])
+        low, high = (np.searchsorted(w.frequency, window.frequency + side * reach) for side in (-1, 1))
+        inside = both[high] - both[low]
+        total, count = total + inside[:, :3], count + inside[:, 3:]
+    there = (total > level * count) & (chi2.sf(2 * total, 2 * count) < REST_ALPHA)
+    return np.where(there, total / np.maximum(count, 1), level), np.where(there, np.minimum(known, count), known)
 
 
 def _known(near: FloatArray, variance: FloatArray) -> FloatArray:

@@ -164,7 +164,7 @@ def _lines(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
 
 def _foreign_lines(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Line]:
     """Strong ones in single windows, weak ones pooled over all; half of alpha each."""
-    hits = single_lines(moving, alpha / 2) + pooled_lines(moving, alpha / 2)
+    hits = single_lines(moving, alpha / 2, still) + pooled_lines(moving, alpha / 2, still)
     return [h for h in hits if not equal_at_rest(h, moving, still)]
 
 
