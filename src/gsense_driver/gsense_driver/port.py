@@ -79,6 +79,11 @@ class Connection:
         self.opened = 0  # times that the port was opened
         self.problem: str | None = "not opened yet"
 
+    @property
+    def connected(self) -> bool:
+        """True while the port is open."""
+        return self._port is not None
+
     def read(self) -> bytes | None:
         """Bytes that arrived (maybe none), or None where the port was opened just now or is still closed."""
         if self._port is None:
