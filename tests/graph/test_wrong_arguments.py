@@ -1,4 +1,4 @@
-"""A node that is called with what it does not know says so and ends, instead of running without it."""
+"""A node that is called with what it does not know or cannot use says so in one line and ends."""
 
 import subprocess
 
@@ -24,3 +24,22 @@ def test_an_unknown_argument_is_refused(package, name):
     done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
     assert done.returncode == 2
     assert done.stderr == f"{name}: unrecognized arguments: --port 8080; {name} --help lists what it takes\n"
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "parameter"),
+    [
+        ("gsense_driver", "bridge", "port:=7"),
+        ("gsense_fusion", "watch", "compensation_file:=7"),
+        ("gsense_rig", "dashboard", "port:=-4"),
+        ("gsense_rig", "record", "out:=7"),
+        ("gsense_rig", "rig", "hardware:=5"),
+    ],
+)
+def test_a_parameter_of_another_type_or_out_of_its_range_is_one_line(package, name, parameter):
+    command = [str(executable(package, name)), "--ros-args", "-p", parameter]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith(f"{name}: ")
+    assert parameter.partition(":")[0] in done.stderr

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
@@ -48,7 +49,7 @@ def main() -> int:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
         node = RecorderNode(store)
         print(f"recording to {node.begin()}", flush=True)
-    except (WriterError, DefinitionError, OSError) as error:
+    except (WriterError, DefinitionError, ParameterException, OSError) as error:
         print(f"record: {error}", file=sys.stderr)
         return 2
     _spin(node, stop)

@@ -14,6 +14,7 @@ from geometry_msgs.msg import PoseStamped
 from gsense_msgs.msg import RigState, Topics
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
@@ -214,7 +215,7 @@ def main() -> None:
         if _ready(node, ended):
             node.serve()
             code = _spin(node, ended)
-    except (HardwareError, FutureTimeout) as error:
+    except (HardwareError, FutureTimeout, ParameterException) as error:
         print(f"rig: {error or 'the loop did not start in time'}", file=sys.stderr)  # noqa: T201
         code = 2
     except (KeyboardInterrupt, ExternalShutdownException):

@@ -13,6 +13,7 @@ import sys
 import threading
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.signals import SignalHandlerOptions
 from rclpy.utilities import remove_ros_args
 from tornado.httpserver import HTTPServer
@@ -40,7 +41,13 @@ def main() -> int:
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)
     logging.getLogger("tornado.access").setLevel(logging.ERROR)
-    node = DashboardNode()
+    try:
+        node = DashboardNode()
+    except ParameterException as error:
+        ending.over()
+        print(f"dashboard: {error}", file=sys.stderr)  # noqa: T201
+        rclpy.try_shutdown()
+        return 2
     spinner = Spinner(node.context)
     try:
         return asyncio.run(_serve(node, spinner, ended))
