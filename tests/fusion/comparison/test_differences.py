@@ -12,7 +12,8 @@ from tests.fusion.comparison.reports import PLAUSIBLE, PRECISION, RNG, TRUE_G, o
 from gsense_fusion.comparison.changes import FALSE_ALARM, Comparison, Status
 from gsense_fusion.comparison.contrast import contrast
 from gsense_fusion.comparison.differences import compare
-from gsense_fusion.comparison.words import one_sentence
+from gsense_fusion.comparison.page import comparison_html
+from gsense_fusion.comparison.words import badge, one_sentence
 from gsense_fusion.identification.types import IdentificationError, Parameter
 
 CYCLIC = np.roll(np.eye(3), 1, axis=1)
@@ -70,6 +71,16 @@ def test_a_drift_of_k_by_five_standard_errors_is_said(sigmas: float) -> None:
             assert c.k.difference.value == pytest.approx(drift, abs=4 * np.sqrt(2) * PRECISION)
             assert "g_sensitivity drifted: k went from" in one_sentence(c)
     assert said >= 27  # power of 5 standard errors against the threshold of about 3
+
+
+def test_two_units_differ_and_have_not_drifted() -> None:
+    other = result(2, TRUE_G + 30.0 * PRECISION * CYCLIC)
+    c = compare(shot(result(1)), shot(replace(other, unit_id="B03")))
+    assert "g_sensitivity differs: k goes from" in one_sentence(c)
+    assert badge(c) == "the units differ"
+    c = compare(shot(result(1)), shot(replace(with_rail(2), unit_id="B03")))
+    assert "rail_curvature (rig) is in NEW only with t_y" in one_sentence(c)
+    assert not any(word in comparison_html(c) for word in (": drifted", ": entered"))
 
 
 def test_other_columns_of_g_say_nothing_of_each_other() -> None:
@@ -139,7 +150,8 @@ def test_other_sensors_are_refused_and_other_units_and_models_warned_of() -> Non
     c = compare(shot(result(1)), shot(replace(result(2), unit_id="B03", declared=("bias",))))
     assert "two units (A17, B03)" in c.warnings[0]
     assert "declared differently: OLD bias, g_sensitivity; NEW bias" in c.warnings[1]
-    assert one_sentence(c).startswith("mpu6050, units A17 (OLD) and B03 (NEW):")
+    assert one_sentence(c).startswith("mpu6050, units A17 (OLD) and B03 (NEW): no difference")
+    assert badge(c) == "the units agree"
     assert "does not name its unit" in compare(shot(result(1)), shot(result(2, unit_id=None))).warnings[0]
     assert "4 bags are in both" in compare(shot(result(1)), shot(result(1))).warnings[0]
 

@@ -116,6 +116,11 @@ class Comparison:
     """Chance of a false alarm that each test has."""
 
     @property
+    def two_units(self) -> bool:
+        """Whether the reports are of two units: what differs has not changed in time."""
+        return bool(self.old.unit_id and self.new.unit_id and self.old.unit_id != self.new.unit_id)
+
+    @property
     def changed_effects(self) -> tuple[EffectChange, ...]:
         """Those that drifted, entered or are gone."""
         return tuple(e for e in self.effects if e.status in CHANGES)

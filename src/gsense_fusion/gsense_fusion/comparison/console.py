@@ -8,7 +8,7 @@ from rich.table import Table
 from gsense_fusion.report.units import probability
 
 from .changes import CHANGES, Comparison
-from .words import difference, one_sentence, scalar_difference, value
+from .words import difference, one_sentence, scalar_difference, status, value
 
 
 def show(c: Comparison, console: Console) -> None:
@@ -23,11 +23,11 @@ def show(c: Comparison, console: Console) -> None:
         p = "" if e.p_value is None else f", {probability(e.p_value)}"
         note = f" ({e.note})" if e.note else ""
         style = "bold" if e.status in CHANGES else None
-        table.add_row(e.effect, "", "", "", f"{e.status.value}{note}{tested}{p}", style=style)
+        table.add_row(e.effect, "", "", "", f"{status(e.status, c)}{note}{tested}{p}", style=style)
         for d in e.parameters:
             table.add_row(f"  {d.name}", value(d.old, d.name), value(d.new, d.name), difference(d), _sigmas(d.z))
     if c.unexplained is not None:
-        table.add_row("unexplained", c.old.unexplained or "-", c.new.unexplained or "-", "", c.unexplained.value)
+        table.add_row("unexplained", c.old.unexplained or "-", c.new.unexplained or "-", "", status(c.unexplained, c))
     for s in c.scalars:
         old, new = value(s.old, s.name), value(s.new, s.name)
         p = "" if s.p_value is None else probability(s.p_value)

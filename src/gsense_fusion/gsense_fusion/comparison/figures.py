@@ -16,7 +16,7 @@ from gsense_fusion.report.figures.canvas import STYLE, Figure, legend, panels, t
 from gsense_fusion.report.units import DEG, engineers
 
 from .changes import Comparison, Difference, Status
-from .words import half_width
+from .words import half_width, status
 
 OLD, NEW, LIMIT = "#9aa5b1", "#1261a0", "#d9730d"
 UNIDENTIFIED = 10.0
@@ -36,7 +36,7 @@ def figures(c: Comparison) -> tuple[Figure, ...]:
         rows = _comparable(effect.parameters)
         if rows:
             text = "Estimates with 95 % intervals; what the data does not identify is left out."
-            add(effect.effect, f"{effect.effect}: {effect.status.value}", text, partial(_estimates, rows))
+            add(effect.effect, f"{effect.effect}: {status(effect.status, c)}", text, partial(_estimates, rows))
     differences = [(e.effect, d) for e in c.effects if e.status is not Status.SESSION for d in e.parameters]
     known = [(f"{name}.{d.name}" if name != "g_sensitivity" else d.name, d.z) for name, d in differences]
     known = [(name, z) for name, z in known if isfinite(z)]

@@ -11,7 +11,7 @@ from gsense_fusion.report.units import probability
 
 from .changes import FALSE_ALARM, Comparison, Difference, EffectChange, ScalarChange
 from .figures import figures
-from .words import BADGES, difference, one_sentence, scalar_difference, value, who
+from .words import badge, difference, one_sentence, scalar_difference, status, value, who
 
 TEMPLATE = "compare.html.j2"
 LOUD = 3.0
@@ -28,30 +28,30 @@ def _content(c: Comparison) -> dict[str, Any]:
     unexplained = None
     if c.unexplained is not None:
         old, new = (s.unexplained or "nothing" for s in (c.old, c.new))
-        unexplained = {"status": c.unexplained.value, "old": old, "new": new}
+        unexplained = {"status": status(c.unexplained, c), "old": old, "new": new}
     return {
         "who": who(c),
-        "badge": BADGES[c.verdict],
+        "badge": badge(c),
         "changed": c.verdict == "changed",
         "sentence": pretty(one_sentence(c)),
         "old": c.old,
         "new": c.new,
         "warnings": c.warnings,
-        "effects": [_effect(e) for e in c.effects],
+        "effects": [_effect(e, status(e.status, c)) for e in c.effects],
         "unexplained": unexplained,
         "scalars": [_scalar(s) for s in scalars],
         "percent": f"{100 * FALSE_ALARM:g}",
     }
 
 
-def _effect(e: EffectChange) -> dict[str, Any]:
+def _effect(e: EffectChange, found: str) -> dict[str, Any]:
     test = ""
     if e.chi2 is not None and e.p_value is not None:
         test = pretty(f"chi2 = {e.chi2:.1f} of {e.dof}, {probability(e.p_value)}")
     return {
         "effect": e.effect,
         "owner": e.owner,
-        "status": e.status.value,
+        "status": found,
         "test": test,
         "note": e.note,
         "rows": [_row(d) for d in e.parameters],

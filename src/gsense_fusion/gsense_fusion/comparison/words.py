@@ -11,6 +11,9 @@ from gsense_fusion.report.words import listing
 from .changes import Comparison, Difference, EffectChange, ScalarChange, Status
 
 BADGES = {"changed": "something changed", "nothing_changed": "nothing changed"}
+BADGES_OF_TWO = {"changed": "the units differ", "nothing_changed": "the units agree"}
+STATUS_OF_TWO = {Status.DRIFTED: "differs", Status.ENTERED: "in NEW only", Status.GONE: "in OLD only"}
+"""Of two units nothing has changed in time."""
 
 
 def one_sentence(c: Comparison) -> str:
@@ -18,9 +21,9 @@ def one_sentence(c: Comparison) -> str:
     parts = [_effect(e, c) for e in c.changed_effects]
     if c.unexplained in (Status.ENTERED, Status.GONE):
         report = c.new if c.unexplained is Status.ENTERED else c.old
-        parts.append(f"something unexplained {_verb(c.unexplained)} ({report.unexplained})")
-    parts += [f"{s.name} went {scalar_change(s)}" for s in c.changed_scalars]
-    head = listing(parts) if parts else f"nothing changed{_agreement(c)}"
+        parts.append(f"something unexplained {_verb(c.unexplained, c)} ({report.unexplained})")
+    parts += [f"{s.name} {_went(c)} {scalar_change(s)}" for s in c.changed_scalars]
+    head = listing(parts) if parts else f"{'no difference' if c.two_units else 'nothing changed'}{_agreement(c)}"
     more = [f"{e.effect} is now named ({e.note})" for e in c.effects if e.status is Status.SETTLED]
     more += [f"{e.effect} stands in one report only, but {e.note}" for e in c.effects if e.status is Status.UNSURE]
     return f"{who(c)}: {'; '.join([head, *more])}."
@@ -28,10 +31,20 @@ def one_sentence(c: Comparison) -> str:
 
 def who(c: Comparison) -> str:
     """Sensor, and the unit or units."""
-    units = [u for u in dict.fromkeys((c.old.unit_id, c.new.unit_id)) if u]
-    if len(units) == 2:
-        return f"{c.new.sensor}, units {units[0]} (OLD) and {units[1]} (NEW)"
-    return f"{c.new.sensor} {units[0]}" if units else c.new.sensor
+    if c.two_units:
+        return f"{c.new.sensor}, units {c.old.unit_id} (OLD) and {c.new.unit_id} (NEW)"
+    unit = c.old.unit_id or c.new.unit_id
+    return f"{c.new.sensor} {unit}" if unit else c.new.sensor
+
+
+def badge(c: Comparison) -> str:
+    """The verdict in a few words."""
+    return (BADGES_OF_TWO if c.two_units else BADGES)[c.verdict]
+
+
+def status(found: Status, c: Comparison) -> str:
+    """What became of an effect, in a word or two."""
+    return STATUS_OF_TWO.get(found, found.value) if c.two_units else found.value
 
 
 def difference(d: Difference) -> str:
@@ -62,17 +75,22 @@ def scalar_change(s: ScalarChange) -> str:
     return text if s.p_value is None else f"{text} ({probability(s.p_value)})"
 
 
-def _verb(status: Status) -> str:
-    return {Status.ENTERED: "entered", Status.GONE: "is gone", Status.DRIFTED: "drifted"}[status]
+def _verb(found: Status, c: Comparison) -> str:
+    word = status(found, c)
+    return f"is {word}" if found is Status.GONE or word.startswith("in ") else word
+
+
+def _went(c: Comparison) -> str:
+    return "goes" if c.two_units else "went"
 
 
 def _effect(e: EffectChange, c: Comparison) -> str:
     owner = f" ({e.owner})" if e.owner else ""
-    text = f"{e.effect}{owner} {_verb(e.status)}"
+    text = f"{e.effect}{owner} {_verb(e.status, c)}"
     if e.status is Status.DRIFTED:
         k = c.k
         if e.effect == "g_sensitivity" and k is not None and k.p_value is not None and k.p_value < c.level:
-            return f"{text}: k went {scalar_change(k)}, by {scalar_difference(k)}"
+            return f"{text}: k {_went(c)} {scalar_change(k)}, by {scalar_difference(k)}"
         most = max((d for d in e.parameters if isfinite(d.z)), key=lambda d: abs(d.z), default=None)
         where = "" if most is None else f": {most.name} by {difference(most)}"
         return text + where + ("" if e.p_value is None else f" ({probability(e.p_value)})")
