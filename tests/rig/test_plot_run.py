@@ -55,3 +55,8 @@ def test_refuses_in_one_line(
     assert words in err
     assert err.count("\n") == 1
     assert not out.exists()
+
+
+def test_a_folder_that_is_not_there_is_named(bag: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert plot_run.main([str(bag), "--out", str(tmp_path / "none" / "run.png")]) == 2
+    assert capsys.readouterr().err == f"plot_run: {tmp_path / 'none'}: no such folder\n"

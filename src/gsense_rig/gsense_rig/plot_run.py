@@ -33,6 +33,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--sensor", default="mpu6050")
     parser.add_argument("--detail", type=float, metavar="S", help="begin of the right column (default: the middle)")
     options = parser.parse_args(arguments)
+    if not options.out.parent.is_dir():
+        return _unusable(f"{options.out.parent}: no such folder")
     try:
         run = read_columns(options.bag, options.sensor, typestore())
         figure = draw(run, options.detail)
@@ -40,10 +42,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         figure.savefig(temporary, format=options.out.suffix.lstrip(".") or "png", dpi=80)
         temporary.replace(options.out)
     except (RunError, DefinitionError, ValueError, OSError) as error:
-        Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(f"plot_run: {error}")
-        return UNUSABLE
+        return _unusable(error)
     Console(highlight=False, soft_wrap=True).print(str(options.out))
     return 0
+
+
+def _unusable(why: object) -> int:
+    Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(f"plot_run: {why}")
+    return UNUSABLE
 
 
 def draw(run: RunColumns, detail: float | None = None) -> Figure:
