@@ -25,7 +25,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
-from gsense_fusion.attitude import FILTERS  # noqa: E402
+from gsense_fusion.attitude.registry import FILTERS  # noqa: E402
 from gsense_fusion.bags import load_run  # noqa: E402
 from gsense_fusion.bags.imu_writer import write_imu_bag  # noqa: E402
 from gsense_fusion.compensation import CompensationFile, GSensitivity, write_compensation  # noqa: E402

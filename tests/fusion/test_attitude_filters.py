@@ -10,13 +10,14 @@ import pytest
 from scipy.spatial.transform import Rotation
 from vqf import VQF
 
-from gsense_fusion.attitude import FILTERS, attitude_at_rest
+from gsense_fusion.attitude import attitude_at_rest
 from gsense_fusion.attitude.bounded import Bounded, BoundedParameters
 from gsense_fusion.attitude.complementary import Complementary, ComplementaryParameters
 from gsense_fusion.attitude.errors import heading_error, inclination_error, total_error
 from gsense_fusion.attitude.gyro_only import GyroOnly
 from gsense_fusion.attitude.kalman import Kalman, KalmanParameters
 from gsense_fusion.attitude.mahony import Mahony, MahonyParameters
+from gsense_fusion.attitude.registry import FILTERS
 from gsense_fusion.attitude.vqf_library import Vqf
 
 from . import filter_oracles as oracles

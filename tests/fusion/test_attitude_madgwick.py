@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gsense_fusion.attitude import Madgwick, MadgwickParameters, MadgwickState, UnknownFilterError, filter_kind
+from gsense_fusion.attitude import Madgwick, MadgwickParameters, MadgwickState
 from gsense_fusion.attitude.errors import heading_error, inclination_error, total_error
+from gsense_fusion.attitude.registry import UnknownFilterError, filter_kind
 
 from . import madgwick_oracle as oracle
 

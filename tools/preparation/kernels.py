@@ -14,7 +14,7 @@ STAMP = "kernels"
 # Each in a process of its own, at the same time.
 _COMMANDS = {
     "gsense_rig": "from gsense_rig.kernels import main; main()",
-    "gsense_fusion": "import gsense_fusion.attitude, gsense_fusion.compensation",
+    "gsense_fusion": "import gsense_fusion.attitude.registry, gsense_fusion.bags, gsense_fusion.compensation",
 }
 
 

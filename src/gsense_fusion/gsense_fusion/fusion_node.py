@@ -18,9 +18,8 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
 
-from .attitude import UnknownFilterError
 from .attitude.fusion import Fusion
-from .attitude.registry import channels
+from .attitude.registry import UnknownFilterError, channels
 from .bags.imu_message import packed, parse_imu
 from .bags.topics import sensor_name
 from .compensation import CompensationError, CompensationFile, load_compensation

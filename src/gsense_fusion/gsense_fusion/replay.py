@@ -14,13 +14,12 @@ from rich.console import Console
 from rich.table import Table
 
 from gsense_fusion.arguments import ArgumentParser
-from gsense_fusion.attitude import FILTERS, UnknownFilterError, filter_kind
 from gsense_fusion.attitude.accuracy import Accuracy, AccuracyError, Reference, at_samples, score
 from gsense_fusion.attitude.fusion import Fusion, FusionStatus
 from gsense_fusion.attitude.interface import IntArray
 from gsense_fusion.attitude.offline import Estimates, Recording, run_offline
 from gsense_fusion.attitude.recorded import recording_of, reference_of_run, with_reference_from_ned
-from gsense_fusion.attitude.registry import channels
+from gsense_fusion.attitude.registry import FILTERS, UnknownFilterError, channels, filter_kind
 from gsense_fusion.bags import BagError, Run, load_run
 from gsense_fusion.bags.imu_message import UNREPORTED
 from gsense_fusion.bags.imu_writer import write_imu_bag

@@ -23,6 +23,6 @@ def test_a_delay_is_a_look_back(delay_s: float) -> None:
 
 
 def test_there_are_as_many_knots_as_asked_for_and_no_fewer_than_samples() -> None:
-    assert Delayed.of(TIME, RATE_HZ, series, 50.0).every == 1
-    assert Delayed.of(TIME, RATE_HZ, series, RATE_HZ).every == 1
-    assert Delayed.of(TIME, RATE_HZ, series, 500.0).every == 6
+    assert Delayed.of(TIME, RATE_HZ, series, 50.0).pieces.shape[1] == 1
+    assert Delayed.of(TIME, RATE_HZ, series, RATE_HZ).pieces.shape[1] == 1
+    assert Delayed.of(TIME, RATE_HZ, series, 500.0).pieces.shape[1] == 6

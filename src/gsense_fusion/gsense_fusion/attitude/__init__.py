@@ -1,17 +1,16 @@
-"""Attitude filters behind one interface: angular rate, specific force and magnetic field in, attitude out."""
+"""Attitude filters behind one interface: angular rate, specific force and magnetic field in, attitude out.
+
+All of them by name are in `registry`: their kernels take half a second to load.
+"""
 
 from .initial import attitude_at_rest
 from .interface import AttitudeFilter
 from .madgwick import Madgwick, MadgwickParameters, MadgwickState
-from .registry import FILTERS, UnknownFilterError, filter_kind
 
 __all__ = [
-    "FILTERS",
     "AttitudeFilter",
     "Madgwick",
     "MadgwickParameters",
     "MadgwickState",
-    "UnknownFilterError",
     "attitude_at_rest",
-    "filter_kind",
 ]

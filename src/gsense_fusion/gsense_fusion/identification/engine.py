@@ -16,6 +16,7 @@ from gsense_fusion.identification.effects.recorded import RecordedEffect, Record
 from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.errors.folds import make_folds
 from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.memory import keep_freed_memory
 from gsense_fusion.identification.motion.earth import without_earth_rate
 from gsense_fusion.identification.motion.mounting import NOMINAL, wandering_delay
 from gsense_fusion.identification.noise.response import Response
@@ -48,6 +49,7 @@ def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: P
         IdentificationError: The input is unusable; one line says why.
 
     """
+    keep_freed_memory()
     say = progress or (lambda _text, _part: None)
     return assemble(analyse(runs, settings, say), say)
 

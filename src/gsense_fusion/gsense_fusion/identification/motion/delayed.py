@@ -22,10 +22,11 @@ class Delayed:
     """Series at the n samples of an equidistant grid, at any delay up to `LONGEST_S`."""
 
     pieces: FloatArray
-    """Coefficients of each cubic piece, the highest power first, shape (4, k, pieces)."""
+    """Coefficients of each cubic piece, the highest power first, shape (4, every, k, m).
+
+    Pieces that are as far behind a sample stand together, `every` such rows of them.
+    """
     samples: int
-    every: int
-    """Pieces from one sample to the next."""
     first: int
     """The piece that begins at the first sample."""
     step_s: float
@@ -45,16 +46,22 @@ class Delayed:
         every = max(1, int(np.ceil(least_hz / rate_hz - 1e-6)))
         step = 1.0 / (rate_hz * every)
         first = int(np.ceil(LONGEST_S / step))
-        knots = time[0] + step * np.arange(-first, (len(time) - 1) * every + first + 2)
-        pieces = CubicSpline(knots, series_at(knots), axis=1).c.transpose(0, 2, 1)
-        return Delayed(np.ascontiguousarray(pieces), len(time), every, first, step)
+        count = (len(time) - 1) * every + 2 * first + 1
+        count += -count % every
+        knots = time[0] + step * np.arange(-first, count + 1 - first)
+        pieces = CubicSpline(knots, series_at(knots), axis=1).c
+        pieces = pieces.reshape(4, -1, every, pieces.shape[2]).transpose(0, 2, 3, 1)
+        return Delayed(np.ascontiguousarray(pieces), len(time), first, step)
 
     def by(self, delay_s: float) -> FloatArray:
         """The series later by a delay, shape (k, n)."""
         whole = int(np.floor(-delay_s / self.step_s))
         rest = -delay_s - whole * self.step_s
-        begin = self.first + whole
-        cubic, square, slope, level = self.pieces[
-            :, :, begin : begin + (self.samples - 1) * self.every + 1 : self.every
-        ]
-        return np.asarray(((cubic * rest + square) * rest + slope) * rest + level)
+        begin, row = divmod(self.first + whole, self.pieces.shape[1])
+        cubic, square, slope, level = self.pieces[:, row, :, begin : begin + self.samples]
+        out = cubic * rest
+        for term in (square, slope):
+            out += term
+            out *= rest
+        out += level
+        return np.asarray(out)

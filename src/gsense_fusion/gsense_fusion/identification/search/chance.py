@@ -103,9 +103,10 @@ def _gains(
             image = projector @ batch[axis]
             alone -= np.sum(batch[axis] * image, axis=0) + point.logdet
             size = np.sum(columns * (projector @ columns), axis=0)
-            beside += (columns.T @ image) ** 2 / np.maximum(size, 1e-12 * max(float(size.max()), 1e-300))[:, None]
+            gain = (columns / np.sqrt(np.maximum(size, 1e-12 * max(float(size.max()), 1e-300)))).T @ image
+            beside += np.square(gain, out=gain)
         without = np.maximum(without, alone)
-        best = np.maximum(best, alone + beside)
+        np.maximum(best, np.add(beside, alone, out=beside), out=best)
     return best - without
 
 

@@ -26,6 +26,8 @@ WIDEST_FOLDED = 0.125
 """Of an order: what folded orders may reach, so that half of the bins are left; the kicks of a slow drive are weak."""
 FOLDED_FROM = 0.25
 """Of the sample rate: images of what is higher than three quarters of it, the sensor's filter has taken."""
+SINGULAR = 1e-10
+"""Of a determinant: less is rounding."""
 LEVEL_BINS = 60
 """Bins that say how high the noise is beside a line."""
 
@@ -240,25 +242,30 @@ def line_energies(residual: WindowResidual, frequencies_hz: FloatArray) -> list[
     k, n = len(frequencies_hz), len(residual.window)
     turned = turning(2 * np.pi * frequencies_hz / residual.data.run.rate_hz, n)
     rows = rows_by_axis(np.concatenate([turned.real, turned.imag]), residual.bins, range(3))
+    data = residual.spectrum.reshape(-1, 3).T[:, None]
+    (cc, ss), cs = np.split(np.sum(rows**2, axis=1), 2, axis=1), np.sum(rows[:, :, :k] * rows[:, :, k:], axis=1)
+    cy, sy = np.split((data @ rows)[:, 0], 2, axis=1)
+    det = cc * ss - cs**2
+    there = det > SINGULAR * cc * ss  # an axis that is not there has no rows
+    safe = np.where(there, det, 1.0)
+    cosine, sine = (np.where(there, x / safe, 0.0) for x in (ss * cy - cs * sy, cc * sy - cs * cy))
+    found, square = cosine * cy + sine * sy, cosine**2 + sine**2
     free = np.flatnonzero(residual.away_from_orders())
-    return [_line_energy(residual, rows[:, :, [i, k + i]], free, f) for i, f in enumerate(frequencies_hz.tolist())]
+    near = [_beside(residual, free, f) for f in frequencies_hz.tolist()]
+    return [_line_energy(residual, places, found[:, i], square[:, i]) for i, places in enumerate(near)]
 
 
-def _line_energy(residual: WindowResidual, rows: FloatArray, free: IntArray, frequency_hz: float) -> LineEnergy:
-    """Of the sine whose whitened cosine and sine are `rows` (3, 2 m, 2); `free`: bins that tell the level."""
-    data = residual.spectrum.reshape(-1, 3)
+def _beside(residual: WindowResidual, free: IntArray, frequency_hz: float) -> IntArray:
+    """The bins among `free` that tell the level beside a frequency, shape (m,)."""
     middle = int(np.searchsorted(residual.frequency[free], frequency_hz))
     around = free[max(0, middle - LEVEL_BINS) : middle + LEVEL_BINS]
-    near = around[np.argsort(np.abs(np.log(residual.frequency[around] / frequency_hz)))[:LEVEL_BINS]]
-    energy, calibrated, amplitude = np.zeros(3), np.zeros(3), np.zeros(3)
-    for axis, X in enumerate(rows):
-        if not X.any():
-            continue
-        beta = np.linalg.solve(X.T @ X, X.T @ data[:, axis])
-        m = max(len(near), 1)
-        level = max(1.0, float(np.mean(residual.power[near, axis]))) if len(near) else 1.0
-        energy[axis] = float(np.sum((X @ beta) ** 2)) / level
-        # F with (2, 2m) degrees of freedom has the tail (1 + F/m)^-m; chi-square with 2 has exp(-x/2)
-        calibrated[axis] = 2 * m * np.log1p(energy[axis] / 2 / m)
-        amplitude[axis] = float(beta @ beta)
-    return LineEnergy(energy, calibrated, amplitude)
+    return around[np.argsort(np.abs(np.log(residual.frequency[around] / frequency_hz)))[:LEVEL_BINS]]
+
+
+def _line_energy(residual: WindowResidual, near: IntArray, found: FloatArray, square: FloatArray) -> LineEnergy:
+    """Of a sine of whitened energy `found` and squared amplitude `square` by axis; `near`: bins that tell the level."""
+    m = max(len(near), 1)
+    level = np.maximum(1.0, residual.power[near].mean(axis=0)) if len(near) else np.ones(3)
+    energy = found / level
+    # F with (2, 2m) degrees of freedom has the tail (1 + F/m)^-m; chi-square with 2 has exp(-x/2)
+    return LineEnergy(energy, 2 * m * np.log1p(energy / 2 / m), square)
