@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import next_fast_len, rfft, rfftfreq
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
@@ -200,9 +199,9 @@ def _quantum(position: FloatArray) -> float:
 
 
 def _dominant_angular_frequency(time: FloatArray, position: FloatArray) -> float:
-    n = next_fast_len(16 * len(time), real=True)
-    spectrum = np.abs(rfft((position - position.mean()) * np.hanning(len(time)), n))
-    frequency = rfftfreq(n, float(time[1] - time[0]))
+    n = 16 * len(time)
+    spectrum = np.abs(np.fft.rfft((position - position.mean()) * np.hanning(len(time)), n))
+    frequency = np.fft.rfftfreq(n, float(time[1] - time[0]))
     return float(2 * np.pi * frequency[int(np.argmax(spectrum[1:])) + 1])
 
 
