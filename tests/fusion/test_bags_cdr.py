@@ -9,11 +9,12 @@ import pytest
 from rosbags.typesys import Stores, get_typestore
 
 from gsense_fusion.bags import cdr
+from gsense_fusion.bags.layout import LAYOUTS
 
 from .bag_data import START_NS, STORE, header, imu, message, quaternion, vector
 
 RNG = np.random.default_rng(7)
-KINDS = sorted(cdr._LAYOUTS)
+KINDS = sorted(LAYOUTS)
 
 
 def _random(kind: str, frame: str, joints: int) -> Any:

@@ -4,16 +4,13 @@ Every message of these types has the same bytes at the same places as long as it
 lengths, which they do within a topic. So the layout is taken from the first message, checked against all others (the
 bytes that carry lengths must be equal), and numpy reads the joined payloads as one structured array. Where the check
 fails, `rosbags`' deserializer reads message by message.
-
-CDR (OMG DDS-XTypes, plain CDR version 1): 4 bytes of encapsulation, whose second byte is 1 for little-endian; then each
-primitive aligned to its own size, counted from behind the encapsulation; strings as u32 length with the closing NUL.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
@@ -21,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
+
+from .layout import LAYOUTS, Layout, carriage
 
 FloatArray = NDArray[np.float64]
 Columns = dict[str, FloatArray]
@@ -37,104 +36,6 @@ class Decoded:
     """Of the first message."""
 
 
-@dataclass
-class _Layout:
-    """Where the wanted fields of one message lie, and which bytes carry lengths."""
-
-    data: bytes
-    order: str = "<"
-    at: int = 4
-    names: list[str] = field(default_factory=list)
-    formats: list[Any] = field(default_factory=list)
-    offsets: list[int] = field(default_factory=list)
-    lengths: list[int] = field(default_factory=list)
-
-    def align(self, size: int) -> None:
-        self.at += -(self.at - 4) % size
-
-    def length(self) -> int:
-        """A u32 that decides about the bytes behind it."""
-        self.align(4)
-        self.lengths.append(self.at)
-        (value,) = struct.unpack_from(self.order + "I", self.data, self.at)
-        self.at += 4
-        return int(value)
-
-    def string(self) -> bytes:
-        size = self.length()
-        if self.at + size > len(self.data):
-            raise ValueError("string runs over the end of the message")
-        text = self.data[self.at : self.at + size].rstrip(b"\0")
-        self.at += size
-        return text
-
-    def take(self, name: str, code: str, count: int = 1) -> None:
-        size = int(code[1:])
-        self.align(size)
-        self.names.append(name)
-        self.formats.append((self.order + code, (count,)) if count > 1 else self.order + code)
-        self.offsets.append(self.at)
-        self.at += size * count
-
-    def header(self) -> str:
-        self.take("sec", "i4")
-        self.take("nanosec", "u4")
-        return self.string().decode(errors="replace")
-
-
-def _imu(layout: _Layout) -> None:
-    for name, count in (
-        ("orientation", 4),
-        ("orientation_covariance", 9),
-        ("angular_velocity", 3),
-        ("angular_velocity_covariance", 9),
-        ("linear_acceleration", 3),
-        ("linear_acceleration_covariance", 9),
-    ):
-        layout.take(name, "f8", count)
-
-
-def _pose(layout: _Layout) -> None:
-    layout.take("position", "f8", 3)
-    layout.take("orientation", "f8", 4)
-
-
-def _mag(layout: _Layout) -> None:
-    layout.take("magnetic_field", "f8", 3)
-
-
-def _temperature(layout: _Layout) -> None:
-    layout.take("temperature", "f8")
-
-
-def _battery(layout: _Layout) -> None:
-    layout.take("voltage", "f4")
-
-
-def _joint(layout: _Layout) -> None:
-    names = [layout.string() for _ in range(layout.length())]
-    index = _carriage([name.decode(errors="replace") for name in names])
-    for quantity in ("position", "velocity", "effort"):
-        count = layout.length()
-        if count:
-            layout.align(8)
-            start = layout.at
-            if index < count:
-                layout.at = start + 8 * index
-                layout.take(quantity, "f8")
-            layout.at = start + 8 * count
-
-
-def _rig_state(layout: _Layout) -> None:
-    layout.at += 6  # mode, four switches, light
-    layout.take("duty", "f8")
-    layout.take("current", "f8")
-
-
-def _carriage(names: list[str]) -> int:
-    return names.index("carriage") if "carriage" in names else 0
-
-
 RIG_STATE = "gsense_msgs/msg/RigState"
 RIG_STATE_DEFINITION = """\
 std_msgs/Header header
@@ -149,22 +50,12 @@ uint8 fault
 string fault_text
 """
 
-_LAYOUTS: dict[str, Callable[[_Layout], None]] = {
-    "sensor_msgs/msg/Imu": _imu,
-    "geometry_msgs/msg/PoseStamped": _pose,
-    "sensor_msgs/msg/MagneticField": _mag,
-    "sensor_msgs/msg/Temperature": _temperature,
-    "sensor_msgs/msg/BatteryState": _battery,
-    "sensor_msgs/msg/JointState": _joint,
-    RIG_STATE: _rig_state,
-}
-
 
 def decode(msgtype: str, payloads: list[bytes]) -> Decoded:
     """Decode all messages of a topic.
 
     Args:
-        msgtype: one of the types of `_LAYOUTS`.
+        msgtype: one of the types of `LAYOUTS`.
         payloads: CDR messages with their encapsulation, at least one.
 
     Raises:
@@ -180,10 +71,10 @@ def _decode_fixed(msgtype: str, payloads: list[bytes]) -> Decoded | None:
     joined = b"".join(payloads)
     if len(joined) != size * len(payloads) or set(map(len, payloads)) != {size}:
         return None
-    layout = _Layout(first, "<" if first[1] & 1 else ">")
+    layout = Layout(first, "<" if first[1] & 1 else ">")
     try:
         frame_id = layout.header()
-        _LAYOUTS[msgtype](layout)
+        LAYOUTS[msgtype](layout)
     except (ValueError, struct.error):
         return None
     if layout.at > size:
@@ -255,7 +146,7 @@ def _slow_pose(m: Any) -> dict[str, Any]:
 
 
 def _slow_joint(m: Any) -> dict[str, Any]:
-    index = _carriage(list(m.name))
+    index = carriage(list(m.name))
     values = {name: getattr(m, name) for name in ("position", "velocity", "effort")}
     return {name: value[index] for name, value in values.items() if index < len(value)}
 

@@ -103,17 +103,14 @@ def calibrate_gyro(
         )
     result = assemble(a, lambda _text, _part: None)
     full = a.claims.full
-    others = tuple(e for n in a.claims.names for e in parts_of(a.likelihood.effects, n, full.names))
-    effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
-    likelihood = Likelihood(a.campaign, DriverSource(a.campaign), effects, a.noise)
-    claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
-    fits = {name: _fit(likelihood, part | (claimed - _doubled(part)), full) for name, part in VARIANTS.items()}
+    likelihood, claimed, fits = _variants(a)
     p_permutation = permutation_p_value(likelihood, fits["none"], earth_known=site is not None)
     real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
     chosen = variant if real else "none"
     plain = likelihood.evaluate(frozenset(), full.templates)
-    folds = make_folds(a.campaign, a.likelihood.source, effects, a.noise, fits | {"before": plain}, lambda _text: None)
-    held = {name: _held_out(folds, name) for name in ("before", *VARIANTS)}
+    ladder = fits | {"before": plain}
+    folds = make_folds(a.campaign, a.likelihood.source, likelihood.effects, a.noise, ladder, lambda _text: None)
+    held = {name: _held_out(folds, name) for name in ("before", *fits)}
     earth_unknown = site is None and not any(w.moving for r in a.campaign.fit for w in r.windows)
     turning = frozenset({"earth_vertical"} if earth_unknown else ())
     k_fit = _fit(likelihood, VARIANTS["k"] | claimed | turning, full)
@@ -136,6 +133,17 @@ def calibrate_gyro(
         notes=result.notes + result.undecided,
     )
     return calibration, a
+
+
+def _variants(a: Analysis) -> tuple[Likelihood, frozenset[str], dict[str, Fit]]:
+    """The likelihood with every form of g-compensation, what was claimed beside G, and each form's fit beside it."""
+    full = a.claims.full
+    others = tuple(e for n in a.claims.names for e in parts_of(a.likelihood.effects, n, full.names))
+    effects = EFFECTS + tuple(e for e in others if e.name != "g_sensitivity")
+    likelihood = Likelihood(a.campaign, DriverSource(a.campaign), effects, a.noise)
+    claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
+    fits = {name: _fit(likelihood, part | (claimed - _doubled(part)), full) for name, part in VARIANTS.items()}
+    return likelihood, claimed, fits
 
 
 def _matrix_estimate(a: Analysis, earth_unknown: bool) -> Estimate:

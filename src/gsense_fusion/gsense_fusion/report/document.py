@@ -8,7 +8,7 @@ from math import isfinite
 from typing import Any
 
 from gsense_fusion.identification.errors.metrics import Rms
-from gsense_fusion.identification.result import Finding, LoopResult, RunSummary
+from gsense_fusion.identification.result import Finding, LoopResult, RunSummary, Unexplained
 from gsense_fusion.identification.types import Parameter
 
 SCHEMA = "gsense-close-loop/1"
@@ -16,7 +16,6 @@ SCHEMA = "gsense-close-loop/1"
 
 def report_document(result: LoopResult) -> dict[str, Any]:
     """The content of report.json; what follows attitude_rms is added to what the interface contract asks for."""
-    unexplained = result.unexplained
     return {
         "schema": SCHEMA,
         "sensor": result.sensor,
@@ -29,15 +28,7 @@ def report_document(result: LoopResult) -> dict[str, Any]:
         "runs": [_run(run) for run in result.runs],
         "verdict": result.verdict,
         "findings": [_finding(finding) for finding in result.findings],
-        "unexplained": None
-        if unexplained is None
-        else {
-            "axes": list(unexplained.axes),
-            "rate_rms": unexplained.rate_rms,
-            "description": unexplained.description,
-            "frequencies": list(unexplained.frequencies),
-            "nearest_effects": list(unexplained.nearest_effects),
-        },
+        "unexplained": None if result.unexplained is None else _unexplained(result.unexplained),
         "rate_rms": _rms(result.rate_rms, "rad/s"),
         "pose_rms": None if result.pose_rms is None else _rms(result.pose_rms, "rad/s"),
         "attitude_rms": {
@@ -98,6 +89,16 @@ def _finding(finding: Finding) -> dict[str, Any]:
         "rate_rms_after": finding.rate_rms_after,
         "alternatives": list(finding.alternatives),
         "separating_run": finding.separating_run,
+    }
+
+
+def _unexplained(unexplained: Unexplained) -> dict[str, Any]:
+    return {
+        "axes": list(unexplained.axes),
+        "rate_rms": unexplained.rate_rms,
+        "description": unexplained.description,
+        "frequencies": list(unexplained.frequencies),
+        "nearest_effects": list(unexplained.nearest_effects),
     }
 
 
