@@ -14,7 +14,8 @@ from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.search.alternatives import motion_offsets, p_beside
 from gsense_fusion.identification.types import Role
-from gsense_fusion.identification.verdict.vetoes import SLOW_ALPHA
+from gsense_fusion.identification.verdict.exertion import lingering
+from gsense_fusion.identification.verdict.vetoes import OPEN_ALPHA, SLOW_ALPHA
 
 from .sessions import SETTINGS, made
 
@@ -25,7 +26,7 @@ def _analysis(*disturbances: Disturbance) -> Analysis:
 
 
 def _p(a: Analysis, name: str, free_motion: bool) -> float:
-    return p_beside(a.likelihood, a.declared, name, 0.0, free_motion)
+    return p_beside(a.likelihood, a.declared, name, 0.0, motion_offsets(a.likelihood) if free_motion else None)
 
 
 @pytest.mark.slow
@@ -43,7 +44,7 @@ def test_what_moves_the_means_in_motion_alone_is_no_evidence() -> None:
     offsets = np.random.default_rng(5).normal(0.0, 0.5 * DEG, (columns.shape[1], 3))
     shifted = copy.copy(a.likelihood)
     shifted.blocks = replace(a.likelihood.blocks, rate=a.likelihood.blocks.rate + columns @ offsets)
-    before, after = (p_beside(x, a.declared, "temperature_bias", 0.0, True) for x in (a.likelihood, shifted))
+    before, after = (p_beside(x, a.declared, "temperature_bias", 0.0, columns) for x in (a.likelihood, shifted))
     assert np.log(after) == pytest.approx(np.log(before), rel=1e-3)
     tied = [p_beside(x, a.declared, "temperature_bias", 0.0) for x in (a.likelihood, shifted)]
     assert tied[1] > 10 * tied[0]
@@ -56,3 +57,17 @@ def test_each_run_has_its_own_offset_while_it_moves() -> None:
     moving = [w.moving for _, w in a.likelihood.cuts]
     assert columns.sum(axis=1).astype(bool).tolist() == moving
     assert columns.shape[1] == sum(any(w.moving for w in r.windows) for r in a.campaign.fit)
+
+
+@pytest.mark.slow
+def test_what_shaking_leaves_behind_for_seconds_is_no_step() -> None:
+    """A bias that recovers in some seconds from being shaken: the rest after a fast run is still off, which is no word
+    on a step while it was shaken."""
+    a = _analysis()
+    shaken = lingering(a.likelihood, a.declared)[:, -1]
+    size = 0.4 * DEG / shaken.max() * np.array([1.0, -0.7, 0.8])
+    moved = copy.copy(a.likelihood)
+    moved.blocks = replace(a.likelihood.blocks, rate=a.likelihood.blocks.rate + shaken[:, None] * size)
+    free = motion_offsets(moved)
+    both = np.concatenate([free, lingering(moved, a.declared)], axis=1)
+    assert p_beside(moved, a.declared, "bias_jump", 0.0, both) > OPEN_ALPHA

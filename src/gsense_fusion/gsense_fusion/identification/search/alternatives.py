@@ -109,7 +109,7 @@ def motion_offsets(likelihood: Likelihood) -> FloatArray:
     return np.asarray(((run[:, None] == np.unique(run[moving])[None]) & moving[:, None]).astype(float))
 
 
-def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float, free_motion: bool = False) -> float:
+def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float, free: FloatArray | None = None) -> float:
     """Chance that drift alone makes some slow effect gain as much as an effect beside a model without it.
 
     Args:
@@ -117,16 +117,15 @@ def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float, free_moti
         fit: The model without the effect.
         name: The effect.
         gain: Its own in twice the log-likelihood, for an effect that is no common column on every axis.
-        free_motion: Every run may have any mean rate while it moves: what something unexplained in the motion does to
-            the means is then no evidence, what rest shows and what changes within a run still is.
+        free: Columns of block means that may have any size, shape (b, j): what they explain is no evidence.
 
     """
     tried = slow_alternatives(likelihood)
     if not tried.columns.shape[1]:
         return 1.0
     known = known_columns(likelihood, fit)
-    if free_motion:
-        known = np.concatenate([known, motion_offsets(likelihood)], axis=1)
+    if free is not None:
+        known = np.concatenate([known, free], axis=1)
     found = chance(likelihood.slow, slow_residual(likelihood, fit), tried.columns, known)
     own = [g for g, n in zip(found.gains, tried.names, strict=True) if n == name]
     return found.p_value(float(max(own)) if own else gain)

@@ -63,7 +63,9 @@ def judge(
         demoted += [n for n in names if selection.effects[n].dynamic and removed_part(selection, rest, n) < LOCKED_PART]
         names = [n for n in names if n not in demoted]
     if any(s.kind in IN_MOTION for s in symptoms):
-        doubtful = [n for n in names if not selection.effects[n].dynamic and rests_on_motion(selection, names, n)]
+        lingers = any(s.kind == "intensity" for s in symptoms)
+        slow = [n for n in names if not selection.effects[n].dynamic]
+        doubtful = [n for n in slow if rests_on_motion(selection, names, n, lingers)]
         notes += [f"{n} rests on the means in motion, where something is unexplained: no claim" for n in doubtful]
         names = [n for n in names if n not in doubtful]
     if any(s.kind in IN_MOTION | {"course"} for s in symptoms):

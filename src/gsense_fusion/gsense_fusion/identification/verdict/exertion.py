@@ -13,6 +13,8 @@ from gsense_fusion.identification.types import FloatArray
 
 MEMORIES_S = (20.0, 60.0, 180.0)
 """Time constants of what friction or shaking may warm: an element, a board, a carriage."""
+SETTLES_S = 5.0
+"""The same of an element that recovers between two runs."""
 STEP_S = 1.0
 
 
@@ -36,6 +38,12 @@ def exertion(likelihood: Likelihood, fit: Fit) -> tuple[FloatArray, tuple[str, .
             columns.append(remembered(blocks, driven, i, memory))
             words.append(f"{name} over some {memory:.0f} s before: it warms up")
     return np.stack(columns, axis=1), tuple(words)
+
+
+def lingering(likelihood: Likelihood, fit: Fit) -> FloatArray:
+    """What shaking may leave in the bias, in motion and at the rest after it: columns of block means, shape (b, k)."""
+    own = remembered(likelihood.blocks, _driven(likelihood, fit), 0, SETTLES_S)
+    return np.column_stack([exertion(likelihood, fit)[0], own])
 
 
 def _driven(likelihood: Likelihood, fit: Fit) -> list[tuple[int, FloatArray]]:

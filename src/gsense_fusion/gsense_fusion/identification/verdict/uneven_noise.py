@@ -89,17 +89,19 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
         windows = [(w, u, own) for w, u, own in zip(moving, used, level, strict=True) if u.sum() >= LEAST_BINS]
         if len(windows) < 2:
             continue
-        count = np.array([u.sum() for _, u, _ in windows], dtype=float)
+        # bins without weight (rounding, a tone at rest) are no ordinates
+        told = np.stack([(w.bins.weight[u] > 0).sum(axis=0) for w, u, _ in windows])
+        count, rest = np.maximum(told, 1.0), np.maximum(told.sum(axis=0) - told, 1.0)
         power = np.stack([w.power[u].sum(axis=0) / own for w, u, own in windows])
-        others = (power.sum(axis=0) - power) / (count.sum() - count)[:, None]
-        free = 1.0 / (1.0 / (count.sum() - count) + UNSTEADY**2)
-        p = np.asarray(fisher.sf(_over(power / count[:, None], others), 2 * count[:, None], 2 * free[:, None]))
+        others = (power.sum(axis=0) - power) / rest
+        free = 1.0 / (1.0 / rest + UNSTEADY**2)
+        p = np.where(told < LEAST_BINS, 1.0, fisher.sf(_over(power / count, others), 2 * count, 2 * free))
         looks += p.size
         i, axis = np.unravel_index(int(np.argmin(p)), p.shape)
         if best is None or p[i, axis] < best.p_value:
             words = f"noise of {low:.3g} to {high:.3g} Hz in one run alone, {_speed(windows[i][0])}"
             window, bins, own = windows[i]
-            excess = float(own[axis] * (power[i, axis] / count[i] - others[i, axis]))
+            excess = float(own[axis] * (power[i, axis] / count[i, axis] - others[i, axis]))
             best = Uneven(float(p[i, axis]), int(axis), _rms(window, bins, int(axis), excess), words)
     return best.after(looks) if best is not None else None
 

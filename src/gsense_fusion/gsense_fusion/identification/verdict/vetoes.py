@@ -10,10 +10,11 @@ from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.alternatives import JUMP, p_beside
+from gsense_fusion.identification.search.alternatives import JUMP, motion_offsets, p_beside
 from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
 from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.courses import rather_gradual
+from gsense_fusion.identification.verdict.exertion import lingering
 from gsense_fusion.identification.verdict.left_out import survives
 from gsense_fusion.identification.verdict.models import claimed_fit, fit_without
 from gsense_fusion.identification.verdict.refinement import delays_the_force, of_its_own
@@ -90,10 +91,18 @@ def _weak(selection: Selection, best: Fit, name: str, rounded: Rounding | None) 
     return None if holds else "does not hold on runs left out in turn: dropped"
 
 
-def rests_on_motion(selection: Selection, names: Sequence[str], name: str) -> bool:
-    """Whether a slow effect is no more than chance where the means of the runs' motion are free."""
+def rests_on_motion(selection: Selection, names: Sequence[str], name: str, lingers: bool = False) -> bool:
+    """Whether a slow effect is no more than chance where the means of the runs' motion are free.
+
+    What something unexplained in the motion does to the means is then no evidence; what rest shows and what changes
+    within a run still is, unless what motion leaves behind `lingers` there.
+    """
+    likelihood = selection.likelihood
     rest = claimed_fit(selection, [n for n in names if n != name and name not in selection.effects[n].needs])
-    return p_beside(selection.likelihood, rest, name, 0.0, free_motion=True) > SLOW_ALPHA
+    free = motion_offsets(likelihood)
+    if lingers:
+        free = np.concatenate([free, lingering(likelihood, rest)], axis=1)
+    return p_beside(likelihood, rest, name, 0.0, free) > SLOW_ALPHA
 
 
 def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
