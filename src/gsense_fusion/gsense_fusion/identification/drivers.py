@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +20,7 @@ from gsense_fusion.identification.types import FloatArray
 
 TEMPERATURE_REFERENCE = 25.0
 """T0 of temperature_bias in degrees Celsius."""
+LAGS_KEPT = 8
 SPLINE_HZ = 200.0
 """Knots between which a delayed motion is interpolated, at least: its derivatives end at 20 Hz."""
 RINGING_SPLINE_HZ = 500.0
@@ -37,7 +39,8 @@ class DriverSource:
         # what is not shifted is wanted again and again, however many delays are tried
         self._on_time = kept(n, self._shifted)
         self._felt_on_time = kept(n, self._rail_force)
-        self._slope = lru_cache(maxsize=n)(lambda data: first_slope(data.run))
+        self._runs = campaign.runs
+        self._lagged = kept(LAGS_KEPT, self._lagged_starts)
         self._delayed = lru_cache(maxsize=n)(_delayed_motion)
         self._rung = kept(4 * n, self._ringing)
         self._rung_on_time = kept(n, self._ringing)
@@ -58,13 +61,20 @@ class DriverSource:
             kinematics=self._kinematics(data, delay),
             mounting=data.mounting,
             force=force,
-            temperature=lagged_temperature(data.run, templates.temperature_lag_s, self._slope(data)),
+            temperature=self._temperature(data, templates.temperature_lag_s),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
             response=self._response,
             templates=templates,
             ringing=None if ringing is None else ringing[:2],
         )
+
+    def _temperature(self, data: RunData, lag_s: float) -> FloatArray | None:
+        start = self._lagged(lag_s).get(data) if lag_s > 0.0 else None
+        return lagged_temperature(data.run, lag_s, start)
+
+    def _lagged_starts(self, lag_s: float) -> dict[RunData, float]:
+        return lagged_starts(self._runs, lag_s)
 
     def _kinematics(self, data: RunData, gyro_delay_s: float) -> Kinematics:
         return (self._moved if gyro_delay_s else self._on_time)(data, gyro_delay_s)
@@ -123,25 +133,48 @@ def _delayed_motion(data: RunData) -> Delayed:
     return Delayed.of(data.run.time - data.delay_s, data.run.rate_hz, moved, SPLINE_HZ)
 
 
-def first_slope(run: CleanRun) -> float:
-    """How fast the temperature changes at the run's beginning, K/s; zero where it is not known."""
-    if run.temperature is None:
-        return 0.0
-    head = max(2, round(2.0 * run.rate_hz))
-    return float(np.polyfit(run.time[:head], run.temperature[:head], 1)[0])
+def lagged_temperature(run: CleanRun, lag_s: float, start: float | None = None) -> FloatArray | None:
+    """Temperature above the reference through a first-order lag, K, shape (n,).
 
-
-def lagged_temperature(run: CleanRun, lag_s: float, slope: float | None = None) -> FloatArray | None:
-    """Temperature above the reference through a first-order lag that starts settled, K, shape (n,).
-
-    `slope`: the run's `first_slope`, where it is known already.
+    `start`: the lagged one before the first sample; settled on the run's own slope where None.
     """
     if run.temperature is None:
         return None
     above = run.temperature - TEMPERATURE_REFERENCE
     if lag_s <= 0.0:
         return np.asarray(above)
-    # settled on the run's own slope: a ramp through a lag is the ramp, lag_s later
     k = 1.0 - np.exp(-1.0 / (run.rate_hz * lag_s))
-    start = above[0] - (first_slope(run) if slope is None else slope) * lag_s
+    start = _settled(run, above, lag_s) if start is None else start
     return np.asarray(lfilter([k], [1.0, k - 1.0], above, zi=[start * (1.0 - k)])[0])
+
+
+def lagged_starts(runs: Sequence[RunData], lag_s: float) -> dict[RunData, float]:
+    """What `lagged_temperature` starts from in each run, K: what the run before it in its session left.
+
+    Between two runs the temperature is taken to go straight from one to the other.
+    """
+    starts: dict[RunData, float] = {}
+    before: CleanRun | None = None
+    last = level = 0.0
+    for data in sorted(runs, key=lambda r: float(r.run.time[0])):
+        run = data.run
+        if run.temperature is None:
+            before = None
+            continue
+        above = run.temperature - TEMPERATURE_REFERENCE
+        gap = 0.0 if before is None or before.session != run.session else float(run.time[0] - before.time[-1])
+        if gap > 0.0:
+            behind = (above[0] - last) / gap * lag_s  # a ramp through a lag is the ramp, lag_s later
+            starts[data] = float(above[0] - behind + (level - last + behind) * np.exp(-gap / lag_s))
+        else:
+            starts[data] = _settled(run, above, lag_s)
+        stay = np.exp(-np.arange(len(above), -1.0, -1.0) / (run.rate_hz * lag_s))
+        level = float(stay[0] * starts[data] + (1.0 - stay[-2]) * (stay[1:] @ above))
+        last, before = float(above[-1]), run
+    return starts
+
+
+def _settled(run: CleanRun, above: FloatArray, lag_s: float) -> float:
+    """The lagged temperature of a board that has warmed for long as it does in the run's first seconds."""
+    head = max(2, round(2.0 * run.rate_hz))
+    return float(above[0] - np.polyfit(run.time[:head], above[:head], 1)[0] * lag_s)
