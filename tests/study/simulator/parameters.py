@@ -22,6 +22,8 @@ class PlannedRun:
     position: float = 0.0
     turned: bool = False
     """The board turned by 180 degrees about the vertical."""
+    turned_deg: float = 0.0
+    """By how much more it is turned."""
 
 
 @dataclass(frozen=True)

@@ -160,7 +160,7 @@ def _run(world: _World, run: PlannedRun, number: int, clock: Array, slow: Array)
     rng = np.random.default_rng([p.seed, 3, number])
     travel = drive(run, world.friction)
     felt = ride(world.rail, travel)
-    turn = Rotation.from_rotvec([0.0, 0.0, np.pi if run.turned else 0.0])
+    turn = Rotation.from_rotvec([0.0, 0.0, np.deg2rad(180.0 * run.turned + run.turned_deg)])
     mounting = world.mounting * turn
     force, rate = mounting.apply(felt.force), mounting.apply(felt.rate)
     start = float(world.starts[number])

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from gsense_fusion.identification.campaign import Campaign, RunData
-from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.base import Drivers, Templates, nearest_axis
 from gsense_fusion.identification.effects.design import RailForce
 from gsense_fusion.identification.kept import kept
 from gsense_fusion.identification.motion.delayed import Delayed
@@ -45,6 +45,8 @@ class DriverSource:
         self._rung = kept(4 * n, self._ringing)
         self._rung_on_time = kept(n, self._ringing)
         self._delayed_ringing = lru_cache(maxsize=n)(_delayed_ringing)
+        axes = (nearest_axis(r.mounting) for r in campaign.runs if r.motion is not None)
+        self._first_axis = next((axis for axis in axes if axis is not None), None)
         known = [float(r.run.supply.mean()) for r in campaign.fit if r.run.supply is not None]
         self.supply_reference = float(np.mean(known)) if known else None
         """V0 of supply_voltage: the fit runs' mean, V."""
@@ -67,6 +69,7 @@ class DriverSource:
             response=self._response,
             templates=templates,
             ringing=None if ringing is None else ringing[:2],
+            first_axis=self._first_axis,
         )
 
     def _temperature(self, data: RunData, lag_s: float) -> FloatArray | None:

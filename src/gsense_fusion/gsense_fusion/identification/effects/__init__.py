@@ -17,6 +17,7 @@ from gsense_fusion.identification.effects.g_resonance import GResonance, Rocking
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import FastMode, JerkCoupling
+from gsense_fusion.identification.effects.own_axes import own_axes
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
 from gsense_fusion.identification.effects.reversal_rock import Contact, ContactLag, ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
@@ -39,14 +40,18 @@ REGRESSED: tuple[Effect, ...] = (
     DragPickup(),
     InertiaPickup(),
     GSquared(),
+    *own_axes(GSquared()),
     GCubed(),
+    *own_axes(GCubed()),
     BeltTilt(),
     BearingMode(),
     JerkCoupling(),
     FastMode(),
+    *own_axes(JerkCoupling()),
     GResonance(),
     RockingMount(),
     SecondMode(),
+    *own_axes(GResonance()),
     ReversalRock(),
     ContactLag(),
     Contact(),

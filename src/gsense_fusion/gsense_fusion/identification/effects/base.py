@@ -16,6 +16,7 @@ from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.types import ComplexArray, FloatArray, Owner, Parameter
 
+AXIS_LETTERS = "xyz"
 UNIFORM = 1e-6
 """Relative difference of two steps under which a grid is equidistant: a single sample lost among a million shows."""
 
@@ -76,6 +77,14 @@ class Drivers:
     def specific_force(self) -> FloatArray | None:
         """The force as vectors, m/s^2, shape (n, 3)."""
         return self.force.vectors if isinstance(self.force, RailForce) else self.force
+
+    first_axis: int | None = None
+    """The sensor's axis that lay nearest to the rail in the campaign's first run with a motion."""
+
+    @property
+    def along_axis(self) -> int | None:
+        """The sensor's axis that lies nearest to the rail."""
+        return nearest_axis(self.mounting)
 
     @property
     def acceleration(self) -> FloatArray:
@@ -217,6 +226,12 @@ def step_of(time: FloatArray) -> float:
         return float("nan")
     first, mean = float(time[1] - time[0]), float(time[-1] - time[0]) / (len(time) - 1)
     return mean if abs(first - mean) < UNIFORM * mean else float(np.median(np.diff(time)))
+
+
+def nearest_axis(mounting: Mounting | None) -> int | None:
+    """The sensor's axis that lies nearest to the rail."""
+    along = None if mounting is None else mounting.along
+    return None if along is None else int(np.argmax(np.abs(along)))
 
 
 def along_sign(drivers: Drivers) -> float:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from gsense_fusion.identification.effects.own_axes import OwnAxis
 from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.alternatives import remounted_at
@@ -65,6 +66,7 @@ class Selection:
         (extended criterion of Chen and Chen, Biometrika 95, 2008). An effect of one parameter would else be claimed by
         chance once in some hundred sessions."""
         self._shapes = {n: s for n, e in self.effects.items() if e.family is not None and (s := self.shapes_of(n))}
+        self._own_axes = {n: axes for n in self.effects if (axes := self._axes_of(n))}
         self._say = progress or (lambda _text: None)
 
     def candidate(self, names: frozenset[str]) -> Candidate:
@@ -137,12 +139,14 @@ class Selection:
         full = sum(self.effects[n].part_of is None for n in mine) >= MAX_EFFECTS
         room = [n for n in free if not full or self.effects[n].part_of is not None]
         sets += [names | {n} for n in room] + [self.with_parts(names | {n}) for n in room]
+        sets += [names | {n} | self._own_axes[n] for n in room if n in self._own_axes]
         for n in mine:
             rest = names - self.with_dependants(names, n)
             sets.append(rest)
             if not self.effects[n].bought:
                 others = [rest | {other} for other in free]  # a further term too, of an effect that stays
                 sets += others + [self.with_parts(more) for more in others]
+                sets += [rest | {other} | self._own_axes[other] for other in free if other in self._own_axes]
         sets += self._merged(names, mine)
         return dict.fromkeys(s for s in sets if self.allowed(s) and s != names)
 
@@ -169,6 +173,10 @@ class Selection:
     def shapes_of(self, name: str) -> frozenset[str]:
         """What has to be bought and shapes the columns of an effect, without any of its own."""
         return frozenset(n for n, e in self.effects.items() if e.part_of == name and e.bought and not e.parameters)
+
+    def _axes_of(self, name: str) -> frozenset[str]:
+        """The further terms of an effect for the sensor's other axes."""
+        return frozenset(n for n, e in self.effects.items() if e.part_of == name and isinstance(e, OwnAxis))
 
     def claimable(self) -> list[str]:
         """Effects that can be named: not the further terms of others."""
