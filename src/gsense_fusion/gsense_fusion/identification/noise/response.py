@@ -125,7 +125,8 @@ def _second_order(frequency: FloatArray, ratio: FloatArray, rate_hz: float | Non
 
     measured = np.log(np.maximum(ratio, 1e-6))
     half = float(frequency[int(np.argmin(np.abs(ratio - 0.5)))])
-    found = least_squares(missed, np.log([1.0, half, np.sqrt(0.5)]))
+    with np.errstate(over="ignore", invalid="ignore"):  # a step too far is not finite, and taken back
+        found = least_squares(missed, np.log([1.0, half, np.sqrt(0.5)]))
     if not found.success or np.sqrt(np.mean(found.fun**2)) > SECOND_ORDER_RMS:
         return None
     return np.asarray(np.sqrt(power(frequency, *np.exp(found.x[1:]))))
