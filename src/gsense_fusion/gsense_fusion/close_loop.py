@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -45,6 +46,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         for path in written:
             print(path)
 
+    gc.freeze()  # what is loaded by now stays to the end: no collection need look through it
     return guarded("close_loop", arguments.fit[0], arguments.out, work)
 
 

@@ -142,7 +142,7 @@ def _to_sensor(m: Magnetometer) -> FloatArray:
 
 
 def _parameters(m: Magnetometer, fit: FieldFit, name: str) -> dict[str, Parameter]:
-    turn, lag = _to_sensor(m), LAGS_S[fit.model.lag]
+    turn, lag = _to_sensor(m), fit.model.lag
     stacked = np.concatenate([m.columns(r, lag) for r in m.runs])
     beta = _columns(fit, name)
     out: dict[str, Parameter] = {}
@@ -159,7 +159,7 @@ def _parameters(m: Magnetometer, fit: FieldFit, name: str) -> dict[str, Paramete
     heading = _heading(m, fit, stacked, beta)
     if heading is not None:
         out["heading"] = heading
-    out["lag_s"] = Parameter(lag, LAGS_S[1] / np.sqrt(12.0), "s")
+    out["lag_s"] = Parameter(LAGS_S[lag], LAGS_S[1] / np.sqrt(12.0), "s")
     return out
 
 
@@ -194,7 +194,7 @@ def _heading(m: Magnetometer, fit: FieldFit, stacked: FloatArray, beta: FloatArr
 
 def _curve(m: Magnetometer, fit: FieldFit, name: str) -> Curve:
     """Means of the field without the other effect over position or current, and the fitted curve, microtesla."""
-    own, lag, turn = _columns(fit, name), LAGS_S[fit.model.lag], _to_sensor(m)
+    own, lag, turn = _columns(fit, name), fit.model.lag, _to_sensor(m)
     driver = [_abscissa(m, m.columns(r, lag), own, name) for r in m.runs]
     fitted = [(m.columns(r, lag) @ own) @ turn.T for r in m.runs]
     measured = [m.residual(r, fit) @ turn.T + f for r, f in zip(m.runs, fitted, strict=True)]

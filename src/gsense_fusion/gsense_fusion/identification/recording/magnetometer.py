@@ -23,6 +23,8 @@ from gsense_fusion.identification.types import FloatArray, IntArray
 HIGHEST_ORDER = 6
 LAGS_S = tuple(float(x) for x in np.linspace(0.0, 0.2, 21))
 """Tried: a magnetometer that measures ten times a second is up to a tenth late, and its filter adds to it."""
+GRID_S = 0.01
+"""s between the places where the motion is made; a chord errs by 1e-3 at 8 rad/s, the lag's step by more."""
 FRICTION_SPEED = 0.02
 """m/s over which friction changes its sign."""
 ORDERS = (1, 2, 3)
@@ -42,6 +44,21 @@ class FieldRun:
     """s, shape (k,)."""
     field: FloatArray
     """T, shape (k, 3), rail axes (sensor axes where no rotation is known)."""
+
+    @cached_property
+    def swing(self) -> FloatArray:
+        """The field without its mean and drift, T, shape (k, 3)."""
+        return without_drift(self.time, self.field)
+
+    @cached_property
+    def moved(self) -> FloatArray:
+        """Position, velocity and acceleration that the messages show with each of the lags, (3, len(LAGS_S), k)."""
+        if self.data.motion is None:
+            return np.zeros((3, len(LAGS_S), len(self.time)))
+        late = self.time - np.array(LAGS_S)[:, None]
+        grid = np.arange(late.min(), late.max() + GRID_S, GRID_S)
+        kin = self.data.motion.at(grid)
+        return np.stack([np.interp(late, grid, x) for x in (kin.position, kin.velocity, kin.acceleration)])
 
     @property
     def angular_frequency(self) -> float | None:
@@ -94,6 +111,7 @@ class Magnetometer:
         self.variance = self._level(still)
         """T^2 of one axis and message, blown up for what neighbours have in common."""
         self.grams = kept(None, self._grams)
+        self.sums = kept(None, self._sums)
 
     @staticmethod
     def of(campaign: Campaign) -> Magnetometer | None:
@@ -108,17 +126,17 @@ class Magnetometer:
                 (still if rest else moving).append(found)
         if not moving:
             return None
-        reach = max(float(np.max(np.abs(_kinematics(r, 0.0)[0]))) for r in moving)
+        reach = max(float(np.max(np.abs(r.moved[0, 0]))) for r in moving)
         units = {None if r.data.run.motor is None else r.data.run.motor.unit for r in moving}
         return Magnetometer(moving, reach, units.pop() if len(units) == 1 else None, still)
 
-    def columns(self, run: FieldRun, lag_s: float) -> FloatArray:
+    def columns(self, run: FieldRun, lag: int) -> FloatArray:
         """Polynomials over position, motor, motor times position, shape (k, HIGHEST_ORDER + 2 motor_columns)."""
-        position, velocity, acceleration = _kinematics(run, lag_s)
+        position, velocity, acceleration = run.moved[:, lag]
         shape = legendre.legvander(position / self.reach, HIGHEST_ORDER)[:, 1:]
         motor = run.data.run.motor
         if self.motor_unit is not None and motor is not None:
-            drive = np.interp(run.time - lag_s, motor.time, motor.value)[:, None]
+            drive = np.interp(run.time - LAGS_S[lag], motor.time, motor.value)[:, None]
         else:
             drive = np.column_stack([acceleration, np.tanh(velocity / FRICTION_SPEED), velocity])
         return np.concatenate([shape, drive, drive * (position / self.reach)[:, None]], axis=1)
@@ -126,14 +144,18 @@ class Magnetometer:
     def _grams(self, lag: int) -> tuple[_Gram, ...]:
         out = []
         for run in self.runs:
-            X, Y = (without_drift(run.time, m) for m in (self.columns(run, LAGS_S[lag]), run.field))
-            out.append(_Gram(X.T @ X, X.T @ Y))
+            X = without_drift(run.time, self.columns(run, lag))
+            out.append(_Gram(X.T @ X, X.T @ run.swing))
         return tuple(out)
+
+    def _sums(self, lag: int, leave_out: int | None) -> tuple[FloatArray, FloatArray]:
+        grams = [g for i, g in enumerate(self.grams(lag)) if i != leave_out]
+        return np.sum([g.xx for g in grams], axis=0), np.sum([g.xy for g in grams], axis=0)
 
     @cached_property
     def total(self) -> float:
         """Sum of squares without each run's constant and drift, T^2."""
-        return sum(float(np.sum(without_drift(r.time, r.field) ** 2)) for r in self.runs)
+        return sum(float(np.sum(r.swing**2)) for r in self.runs)
 
     def index(self, model: Model) -> IntArray:
         """Columns of a model."""
@@ -142,17 +164,16 @@ class Magnetometer:
 
     def fit(self, model: Model, leave_out: int | None = None) -> FieldFit:
         """Least squares of a model, on all runs or all but one."""
-        grams = [g for i, g in enumerate(self.grams(model.lag)) if i != leave_out]
-        xx, xy = sum(g.xx for g in grams), sum(g.xy for g in grams)
+        xx, xy = self.sums(model.lag, leave_out)
         at = self.index(model)
         beta = np.zeros((HIGHEST_ORDER + 2 * self.motor_columns, 3))
         covariance = np.zeros((len(beta), len(beta)))
         gain = 0.0
         if len(at):
-            inverse = np.linalg.pinv(np.asarray(xx)[np.ix_(at, at)], rcond=1e-10, hermitian=True)
-            beta[at] = inverse @ np.asarray(xy)[at]
+            inverse = np.linalg.pinv(xx[np.ix_(at, at)], rcond=1e-10, hermitian=True)
+            beta[at] = inverse @ xy[at]
             covariance[np.ix_(at, at)] = inverse * self.variance
-            gain = float(np.sum(beta[at] * np.asarray(xy)[at]))
+            gain = float(np.sum(beta[at] * xy[at]))
         loglik = 0.5 * (gain - self.total) / self.variance
         cost = (3 * len(at) + (len(at) > 0)) * float(np.log(max(self.rows, 2)))
         return FieldFit(model, loglik, 2 * loglik - cost, beta, covariance)
@@ -198,7 +219,7 @@ class Magnetometer:
 
     def residual(self, run: FieldRun, fit: FieldFit) -> FloatArray:
         """Field of a run without its constant, drift and model, T, shape (k, 3)."""
-        return without_drift(run.time, run.field - self.columns(run, LAGS_S[fit.model.lag]) @ fit.beta)
+        return without_drift(run.time, run.field - self.columns(run, fit.model.lag) @ fit.beta)
 
     def _level(self, still: Sequence[FieldRun]) -> float:
         """Variance of a message from rest, and from between the drive's orders: the larger of the two."""
@@ -235,15 +256,6 @@ def without_drift(time: FloatArray, columns: FloatArray) -> FloatArray:
     t = time - time.mean()
     centred = columns - columns.mean(axis=0)
     return np.asarray(centred - np.outer(t, t @ centred) / max(float(t @ t), 1e-30))
-
-
-def _kinematics(run: FieldRun, lag_s: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Position, velocity and acceleration that the magnetometer's messages show."""
-    if run.data.motion is None:
-        zero = np.zeros(len(run.time))
-        return zero, zero, zero
-    kin = run.data.motion.at(run.time - lag_s)
-    return kin.position, kin.velocity, kin.acceleration
 
 
 def _field_run(data: RunData, *, alone: bool) -> FieldRun | None:
