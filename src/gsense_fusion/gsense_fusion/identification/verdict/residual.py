@@ -28,6 +28,9 @@ FOLDED_FROM = 0.25
 """Of the sample rate: images of what is higher than three quarters of it, the sensor's filter has taken."""
 SINGULAR = 1e-10
 """Of a determinant: less is rounding."""
+SIDE_BINS = 8
+"""On either side a sine is looked for. Behind a narrow filter the bins far above weigh most: what a slope's edges leave
+there, and with it the drift in the lowest bins, would speak at every order."""
 LEVEL_BINS = 60
 """Bins that say how high the noise is beside a line."""
 
@@ -242,6 +245,8 @@ def line_energies(residual: WindowResidual, frequencies_hz: FloatArray) -> list[
     k, n = len(frequencies_hz), len(residual.window)
     turned = turning(2 * np.pi * frequencies_hz / residual.data.run.rate_hz, n)
     rows = rows_by_axis(np.concatenate([turned.real, turned.imag]), residual.bins, range(3))
+    beside = np.abs(residual.frequency[:, None] - frequencies_hz) < SIDE_BINS * residual.resolution_hz
+    rows *= np.tile(beside, (2, 2))
     data = residual.spectrum.reshape(-1, 3).T[:, None]
     (cc, ss), cs = np.split(np.sum(rows**2, axis=1), 2, axis=1), np.sum(rows[:, :, :k] * rows[:, :, k:], axis=1)
     cy, sy = np.split((data @ rows)[:, 0], 2, axis=1)
