@@ -41,11 +41,25 @@ run_scripts() {
     done
 }
 
-# run_bench [NAME] [ARGS]: one benchmark by name, or all that take about a minute (slow/ has the others)
+# list_benches: their names and the first line that each says of itself
+list_benches() {
+    local script line
+    echo "usage: ./rig bench [NAME [ARGS]]    without NAME all but those of slow/; NAME --help has its ARGS"
+    for script in "$ROOT"/tests/bench/{,slow/}*.py; do
+        line=$(head -n 1 "$script") line=${line#\"\"\"}
+        printf '  %-18s %s\n' "$(basename "$script" .py)" "${line%\"\"\"}"
+    done
+}
+
+# run_bench [NAME [ARGS]]: one benchmark by name, or all that take about a minute (slow/ has the others)
 run_bench() {
     local name=${1:-} script known=()
-    if [[ -z $name || $name == -* ]]; then
-        run_scripts benchmark "$ROOT"/tests/bench/*.py -- "$@"
+    if [[ $name == -h || $name == --help ]]; then
+        list_benches
+        return
+    fi
+    if [[ -z $name ]]; then
+        run_scripts benchmark "$ROOT"/tests/bench/*.py --
         return
     fi
     shift

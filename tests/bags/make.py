@@ -8,7 +8,6 @@ along the sensor's y axis, g-sensitivity 0.1 deg/s/g in the pattern of the thesi
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -18,6 +17,7 @@ import numpy as np
 import yaml
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
+from tests.developer import arguments
 
 from gsense_fusion.bags import load_run
 from gsense_fusion.compensation import CompensationFile, GSensitivity, load_compensation, write_compensation
@@ -95,8 +95,8 @@ def make_bounds() -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--bags", action="store_true")
+    parser = arguments("./rig exec python -m tests.bags.make", __doc__)
+    parser.add_argument("--bags", action="store_true", help="the bags, too, not the bounds alone")
     if parser.parse_args().bags:
         make_bag()
     make_bounds()

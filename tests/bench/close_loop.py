@@ -10,7 +10,6 @@ measured in the process, runs already read.
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import subprocess
@@ -24,6 +23,9 @@ import yaml
 for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT))
+
+from tests.developer import arguments  # noqa: E402
 
 TWO = ("rail_curvature=0.002", "temperature_bias=0.0005")
 SESSIONS = {
@@ -62,7 +64,7 @@ print(time.perf_counter() - wall, time.process_time() - cpu, ",".join(f.effect f
 
 def main() -> int:
     """Print one line a session."""
-    parser = argparse.ArgumentParser(description="close_loop from bags to report, and its analysis.")
+    parser = arguments("./rig bench close_loop", __doc__)
     parser.add_argument("--turns", type=int, default=2, help="each session so often; the least time counts")
     turns = parser.parse_args().turns
     print(f"{'session':12} {'wall s':>7} {'cpu s':>7} {'analysis s':>11} {'its cpu s':>10}  found")

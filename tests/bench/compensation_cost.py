@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from pathlib import Path
@@ -14,6 +13,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
+
+from tests.developer import arguments  # noqa: E402
 
 from gsense_fusion.compensation import (  # noqa: E402
     CompensationFile,
@@ -64,8 +65,8 @@ FORMS = {
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=200_000)
+    parser = arguments("./rig bench compensation_cost", __doc__)
+    parser.add_argument("--samples", type=int, default=200_000, help="of one recording")
     n = parser.parse_args().samples
     rng = np.random.default_rng(0)
     stamp = np.arange(n, dtype=np.int64) * 5_000_000

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_driver")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.driver.test_clock import LATENCIES, simulate  # noqa: E402
 
 RMS_MS, STEP_MS = 0.2, 1.0
@@ -41,8 +41,8 @@ def restart_error_ms(latency: str, seed: int) -> float:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=20)
+    parser = arguments("./rig bench driver_clock", __doc__)
+    parser.add_argument("--runs", type=int, default=20, help="simulated clocks a case")
     runs = range(parser.parse_args().runs)
     good = True
     print(f"{len(runs)} runs each, 300 frames/s, skew +-50 ppm; ms")

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import random
 import sys
 import time
@@ -15,6 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_driver")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.driver import wire  # noqa: E402
 
 from gsense_driver.pipeline import Pipeline, PipelineSettings  # noqa: E402
@@ -101,8 +101,8 @@ def to_samples(pieces: Sequence[bytes], bytes_per_s: float) -> tuple[int, int]:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--frames", type=int, default=200_000)
+    parser = arguments("./rig bench driver_stream", __doc__)
+    parser.add_argument("--frames", type=int, default=200_000, help="of the board")
     parser.add_argument("--chunk", type=int, default=4096, help="bytes per read")
     options = parser.parse_args()
     clean = packets(options.frames)

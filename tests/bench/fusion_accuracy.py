@@ -14,7 +14,6 @@ drive's frequency. "f zeroed": with the accelerometer's bias at rest taken off.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -31,6 +30,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion"), str(ROOT / "src" / "gsense_rig")]
 
 from scipy.spatial.transform import Rotation  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.study.bounded import leave_one_out, trial_of, words  # noqa: E402
 
 from gsense_fusion.attitude.accuracy import score  # noqa: E402
@@ -252,8 +252,8 @@ def rail(seeds: int) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=3, help="units on the rail (default 3)")
+    parser = arguments("./rig bench fusion_accuracy", __doc__)
+    parser.add_argument("--seeds", type=int, default=3, help="units on the rail")
     parser.add_argument("--only", choices=("broad", "rail"), help="one of the two parts")
     options = parser.parse_args()
     if options.only != "rail":

@@ -25,6 +25,8 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
+from tests.developer import arguments  # noqa: E402
+
 from gsense_fusion.bags.imu_message import build_imu, parse_imu  # noqa: E402
 from gsense_fusion.compensation import CompensationFile, GSensitivity, write_compensation  # noqa: E402
 
@@ -119,9 +121,9 @@ def tell(what: str, seconds: list[float]) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--rate", type=float, default=500.0)
+    parser = arguments("./rig bench fusion_live", __doc__)
+    parser.add_argument("--seconds", type=float, default=20.0, help="of samples")
+    parser.add_argument("--rate", type=float, default=500.0, help="samples a second, Hz")
     parser.add_argument("--publish", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

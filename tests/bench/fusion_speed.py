@@ -9,7 +9,6 @@ all filters, raw and compensated, scored.
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import subprocess
@@ -24,6 +23,8 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
+
+from tests.developer import arguments  # noqa: E402
 
 from gsense_fusion.attitude.registry import FILTERS  # noqa: E402
 from gsense_fusion.bags import load_run  # noqa: E402
@@ -187,8 +188,8 @@ def hour(folder: Path, n: int) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--samples", type=int, default=720_000)
+    parser = arguments("./rig bench fusion_speed", __doc__)
+    parser.add_argument("--samples", type=int, default=720_000, help="of one recording")
     options = parser.parse_args()
     calls()
     batches(options.samples)

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -19,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT))
 
+from tests.developer import arguments  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 from tests.graph.ears import stamp_ns  # noqa: E402
 from tests.graph.processes import Graph, parameters  # noqa: E402
@@ -34,8 +34,8 @@ RATES = {
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=60.0)
+    parser = arguments("./rig bench live_loss", __doc__)
+    parser.add_argument("--seconds", type=float, default=60.0, help="of the live graph")
     seconds = parser.parse_args().seconds
     with tempfile.TemporaryDirectory(prefix="gsense-live-loss-") as name, own_domain():
         folder = Path(name)

@@ -21,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from scipy.spatial.transform import Rotation  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 
 from gsense_fusion.attitude.accuracy import at_samples  # noqa: E402
 from gsense_fusion.bags import Run, load_run  # noqa: E402
@@ -79,6 +80,7 @@ def judge(run: Run, found: MagnetometerCalibration, first: int = 0) -> None:
 
 
 def main() -> int:
+    arguments("./rig bench magnetometer", __doc__).parse_args()
     folder = Path(os.environ.get("GSENSE_DATA", ROOT.parent / "shared" / "data")) / "broad"
     if not folder.is_dir():
         print("BROAD is not here (set GSENSE_DATA to the folder of recordings): not done")

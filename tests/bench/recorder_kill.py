@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -15,6 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_rig"), str(ROOT / "src" / "gsense_fusion")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.rig.test_record import PUBLISHER, numbers, process, recorder  # noqa: E402
 
 from gsense_fusion.bags import load_run  # noqa: E402
@@ -23,8 +23,8 @@ from gsense_rig.recording.typestore import typestore  # noqa: E402
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=5)
+    parser = arguments("./rig bench recorder_kill", __doc__)
+    parser.add_argument("--kills", type=int, default=5, help="of the recorder")
     kills = parser.parse_args().kills
     worst = 0.0
     for k in range(kills):

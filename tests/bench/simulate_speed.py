@@ -8,7 +8,6 @@ by the wall clock.
 
 from __future__ import annotations
 
-import argparse
 import gc
 import os
 import sys
@@ -19,7 +18,9 @@ from pathlib import Path
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
     os.environ[name] = "1"
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "src" / "gsense_rig"))
+sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_rig")]
+
+from tests.developer import arguments  # noqa: E402
 
 from gsense_rig.campaign.plan import Plan, load_plan  # noqa: E402
 from gsense_rig.campaign.session import SessionSpec  # noqa: E402
@@ -29,9 +30,9 @@ TARGET = 50.0
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--plan", default="minimum")
-    parser.add_argument("--repeats", type=int, default=1)
+    parser = arguments("./rig bench simulate_speed", __doc__)
+    parser.add_argument("--plan", default="minimum", help="a shipped plan's name or a file")
+    parser.add_argument("--repeats", type=int, default=1, help="of the campaign; the fastest counts")
     options = parser.parse_args()
     plan = load_plan(options.plan)
     gc.disable()

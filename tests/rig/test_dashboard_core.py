@@ -180,6 +180,13 @@ def test_silence_is_said():
     assert [note["name"] for note in late["notes"]] == ["bridge: link"]
 
 
+def test_a_note_names_its_node_once():
+    state = graph()
+    state.take_note("lab/rig: rig", Note(1, "not homed"), 10.0)
+    state.take_note("lab/rig: loop", Note(0, "on time"), 10.0)
+    assert [note["name"] for note in graph_message(state, Viewing(), 10.0)["notes"]] == ["rig", "rig: loop"]
+
+
 def test_link_and_battery():
     state = graph()
     state.take_link(LinkSeen("u", 900, 90, 10, 0, 299.97, 1.0, -47.04, 12.0, 3), 10.0)

@@ -10,7 +10,6 @@ recordings, each judged by what the others gave; the bench `fusion_accuracy` pri
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -23,6 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 import numpy as np  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.study.handheld import RATE_HZ, Handheld, handheld  # noqa: E402
 
 from gsense_fusion.attitude.accuracy import ALIGNMENT_S, Reference, score  # noqa: E402
@@ -132,9 +132,9 @@ def words(parameters: Parameters) -> str:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--trials", type=int, default=24)
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser = arguments("./rig exec python tests/study/bounded.py", __doc__)
+    parser.add_argument("--trials", type=int, default=24, help="simulated motions")
+    parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
     options = parser.parse_args()
     trials = [simulated(seed) for seed in range(options.first_seed, options.first_seed + options.trials)]
     cost = cost_of(trials)

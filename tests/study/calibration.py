@@ -27,6 +27,7 @@ from rich.console import Console  # noqa: E402
 from rich.progress import Progress  # noqa: E402
 from rich.table import Table  # noqa: E402
 from scipy.stats import binom  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.study.poses import PoseParameters, PoseSession, simulate_poses  # noqa: E402
 from tests.study.simulator import SessionParameters, simulate  # noqa: E402
 from tests.study.simulator.parameters import ChainParameters, sweep_plan  # noqa: E402
@@ -194,11 +195,11 @@ def _add(scores: Scores, name: str, error: np.ndarray, stderr: np.ndarray) -> No
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = arguments("./rig exec python tests/study/calibration.py", __doc__)
     parser.add_argument("--poses", type=int, default=100, help="sessions of still poses")
     parser.add_argument("--sweeps", type=int, default=30, help="sessions on the rail")
     parser.add_argument("--nulls", type=int, default=100, help="sessions of still poses without g-sensitivity")
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
     return parser.parse_args()
 
 

@@ -9,7 +9,6 @@ is exceeded more often than chance allows.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from pathlib import Path
@@ -24,6 +23,7 @@ from rich.console import Console  # noqa: E402
 from rich.progress import track  # noqa: E402
 from rich.table import Table  # noqa: E402
 from scipy.stats import binom  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.study.simulator.markov import realise  # noqa: E402
 from tests.study.simulator.parameters import DEG, NoiseParameters  # noqa: E402
 
@@ -67,9 +67,9 @@ def best_alternative(blocks: Blocks) -> Chance:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sessions", type=int, default=400)
-    parser.add_argument("--first-seed", type=int, default=0)
+    parser = arguments("./rig exec python tests/study/slow_chance.py", __doc__)
+    parser.add_argument("--sessions", type=int, default=400, help="for each kind of noise")
+    parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
     a = parser.parse_args()
     table = Table("drift", "sessions", *(f"p < {x:g}" for x in LEVELS), *(f"gain for {x:g}" for x in LEVELS))
     bad = False

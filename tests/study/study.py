@@ -24,6 +24,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from rich.console import Console  # noqa: E402
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.study.cases import Case, make_cases, quick_cases  # noqa: E402
 from tests.study.judge import Outcome, judge  # noqa: E402
 from tests.study.table import show  # noqa: E402
@@ -60,11 +61,11 @@ def main() -> int:
 
 
 def _arguments() -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="./rig study", description="The long identification study.")
-    parser.add_argument("--sessions", type=int, default=300, help="null sessions (default 300)")
-    parser.add_argument("--each", type=int, default=20, help="sessions for each effect and energy (default 20)")
-    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
-    parser.add_argument("--rate", type=float, default=200.0, help="sample rate in Hz (default 200)")
+    parser = arguments("./rig study", __doc__)
+    parser.add_argument("--sessions", type=int, default=300, help="null sessions")
+    parser.add_argument("--each", type=int, default=20, help="sessions for each effect and energy")
+    parser.add_argument("--jobs", type=int, default=2, help="processes")
+    parser.add_argument("--rate", type=float, default=200.0, help="sample rate in Hz")
     parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
     parser.add_argument("--plan", choices=("sweep", "turned"), default="sweep", help="turned: with the board turned")
     parser.add_argument("--energies", nargs="*", type=float, default=[], help="whitened energies: 40, 400, 4000")

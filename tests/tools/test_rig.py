@@ -40,6 +40,35 @@ def test_unknown_command_is_one_line_and_exit_2() -> None:
     assert result.stderr == "gsense: no command 'dance'; ./rig -h lists them\n"
 
 
+def test_what_takes_no_arguments_ignores_none() -> None:
+    result = rig("build", "gsense_rig")
+    assert result.returncode == 2
+    assert result.stderr == "gsense: ./rig build takes no arguments, not 'gsense_rig'\n"
+
+
+def test_the_benchmarks_are_listed() -> None:
+    text = rig("bench", "--help").stdout
+    for script in (ROOT / "tests" / "bench").rglob("*.py"):
+        assert f"  {script.stem} " in text
+
+
+@pytest.mark.parametrize("command", [("study",), ("bench", "setup_time"), ("bench", "driver_stream")])
+def test_a_developers_command_with_a_wrong_option_is_one_line(command: tuple[str, ...]) -> None:
+    typed = f"./rig {' '.join(command)}"
+    result = rig(*command, "--bogus")
+    assert result.returncode == 2
+    assert result.stderr.splitlines()[-1] == (
+        f"{typed}: unrecognized arguments: --bogus; {typed} --help lists what it takes"
+    )
+    assert "usage" not in result.stderr
+
+
+def test_every_developers_command_answers_so() -> None:
+    scripts = [*(ROOT / "tests" / "bench").rglob("*.py"), *(ROOT / "tests" / "study").glob("*.py")]
+    own = [s.name for s in scripts if "argparse.ArgumentParser" in s.read_text(encoding="utf-8")]
+    assert own == [], "tests.developer.arguments"
+
+
 def test_unknown_executable_lists_what_there_is() -> None:
     result = rig("run", "gsense_driver", "nothing")
     assert result.returncode == 2

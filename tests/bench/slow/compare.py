@@ -10,7 +10,6 @@ import os
 for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
-import argparse  # noqa: E402
 import itertools  # noqa: E402
 import sys  # noqa: E402
 import time  # noqa: E402
@@ -25,6 +24,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from rich.progress import track  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.fusion.identification.sessions import BASE, BOW, SETTINGS, G  # noqa: E402
 from tests.study.judge import analyse  # noqa: E402
 from tests.study.simulator import Disturbance, simulate  # noqa: E402
@@ -59,9 +59,9 @@ def show(name: str, found: Sequence[Comparison], wanted: Sequence[bool]) -> int:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sessions", type=int, default=24)
-    parser.add_argument("--first-seed", type=int, default=1)
+    parser = arguments("./rig bench compare", __doc__)
+    parser.add_argument("--sessions", type=int, default=24, help="of one unit")
+    parser.add_argument("--first-seed", type=int, default=1, help="another one gives fresh sessions")
     options = parser.parse_args()
     begin, n = time.monotonic(), options.sessions
     seeds = range(options.first_seed, options.first_seed + n)

@@ -9,7 +9,6 @@ every byte is in exactly one of the stream's counts.
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import time
@@ -21,6 +20,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_driver")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.driver import wire  # noqa: E402
 from tests.driver.fuzzing import check, real_stream  # noqa: E402
 
@@ -118,10 +118,10 @@ def guided(arguments: list[str]) -> int:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--megabytes", type=float, default=100.0)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--atheris", action="store_true")
+    parser = arguments("./rig bench driver_fuzz", __doc__)
+    parser.add_argument("--megabytes", type=float, default=100.0, help="of bytes, random and damaged")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
+    parser.add_argument("--atheris", action="store_true", help="guided by coverage; what follows is libFuzzer's")
     options, rest = parser.parse_known_args()
     if options.atheris:
         return guided(rest)

@@ -8,7 +8,6 @@ MPU frame carries its number as raw rate, by which the subscriber, a second proc
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import random
@@ -25,6 +24,7 @@ import numpy as np
 ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_driver")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.driver import wire  # noqa: E402
 
 from gsense_driver.scaling import DEG  # noqa: E402
@@ -206,10 +206,10 @@ def measure(bridge: Any, board: Any, go: Any, shared: Any, count: int, pulls: in
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=300.0)
-    parser.add_argument("--pulls", type=int, default=20)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = arguments("./rig bench driver_soak", __doc__)
+    parser.add_argument("--seconds", type=float, default=300.0, help="live")
+    parser.add_argument("--pulls", type=int, default=20, help="of the cable")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
     parser.add_argument("--raw-log", action="store_true", help="the bridge also writes a raw log")
     options = parser.parse_args()
     good = True

@@ -9,7 +9,6 @@ bag is not told by its notes.
 
 from __future__ import annotations
 
-import argparse
 import os
 import random
 import sys
@@ -20,6 +19,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_rig"), str(ROOT / "src" / "gsense_fusion")]
 
+from tests.developer import arguments  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 from tests.graph.kills import IMU, NODES, POSE, STEADY, WAYS, Kills, Strike  # noqa: E402
 
@@ -47,10 +47,10 @@ def summary(strikes: list[Strike]) -> None:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--strikes", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only", nargs="+", choices=NODES, default=list(NODES))
+    parser = arguments("./rig bench kills", __doc__)
+    parser.add_argument("--strikes", type=int, default=40, help="at all nodes together")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
+    parser.add_argument("--only", nargs="+", choices=NODES, default=list(NODES), help="nodes to strike")
     options = parser.parse_args()
     draw = random.Random(options.seed)
     cases = [(victim, way) for way in WAYS for victim in options.only]

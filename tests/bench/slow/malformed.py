@@ -9,7 +9,6 @@ commands themselves.
 
 from __future__ import annotations
 
-import argparse
 import os
 import resource
 import sys
@@ -22,6 +21,8 @@ for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), *(str(ROOT / "src" / name) for name in ("gsense_driver", "gsense_rig", "gsense_fusion"))]
+from tests.developer import arguments  # noqa: E402
+
 os.environ["PYTHONPATH"] = os.pathsep.join([*sys.path[:4], os.environ.get("PYTHONPATH", "")])
 
 from rich.progress import track  # noqa: E402
@@ -36,12 +37,12 @@ _ALL = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--cases", type=int, default=1000)
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--processes", type=int, default=40)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
+    parser = arguments("./rig bench malformed", __doc__)
+    parser.add_argument("--cases", type=int, default=1000, help="malformed inputs")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument("--processes", type=int, default=40, help="cases done once more as a process each")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
     options = parser.parse_args()
     begun = time.perf_counter()
     resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))

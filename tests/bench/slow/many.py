@@ -12,7 +12,6 @@ runs on every core. Cores that are threads of one core, or one clock's budget, s
 
 from __future__ import annotations
 
-import argparse
 import json
 import multiprocessing
 import os
@@ -26,9 +25,10 @@ from pathlib import Path
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 ROOT = Path(__file__).resolve().parents[3]
-sys.path[:0] = [str(ROOT / "src" / "gsense_rig"), str(ROOT / "src" / "gsense_fusion")]
+sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_rig"), str(ROOT / "src" / "gsense_fusion")]
 
 import yaml  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 
 from gsense_rig.campaign.plan import Plan, PlanRun  # noqa: E402
 from gsense_rig.campaign.session import SessionSpec  # noqa: E402
@@ -100,10 +100,10 @@ def slower_together(jobs: int) -> float:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--sessions", type=int, default=100)
-    parser.add_argument("--jobs", type=int, default=os.cpu_count())
-    parser.add_argument("--alone", type=int, default=8)
+    parser = arguments("./rig bench many", __doc__)
+    parser.add_argument("--sessions", type=int, default=100, help="simulated")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count(), help="processes at a time")
+    parser.add_argument("--alone", type=int, default=8, help="sessions done one after the other, for the ideal split")
     parser.add_argument("--keep", type=Path, help="where the sessions go, and stay")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="gsense-many-") as name:

@@ -8,7 +8,6 @@ other, 20 refused service calls a second that the loop must not notice, every po
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import tempfile
@@ -28,6 +27,7 @@ from geometry_msgs.msg import PoseStamped  # noqa: E402
 from gsense_msgs.action import Sinusoid  # noqa: E402
 from rclpy.action import ActionClient  # noqa: E402
 from std_srvs.srv import Trigger  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 from tests.graph.ears import Ears, stamp_ns  # noqa: E402
 from tests.graph.processes import Graph, parameters  # noqa: E402
@@ -213,8 +213,8 @@ def tell(elapsed: float, now: dict[str, float], watch: Watch, outcome: Any) -> N
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seconds", type=float, default=1800.0)
+    parser = arguments("./rig bench rig_soak", __doc__)
+    parser.add_argument("--seconds", type=float, default=1800.0, help="live, and as many on the virtual clock")
     seconds = parser.parse_args().seconds
     good = compressed(seconds)
     good = live(seconds) and good

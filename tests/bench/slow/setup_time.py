@@ -13,11 +13,16 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT))
+
+from tests.developer import arguments  # noqa: E402
+
 KEPT = ("PATH", "LANG", "LC_ALL", "http_proxy", "https_proxy", "HTTP_PROXY", "HTTPS_PROXY", "no_proxy", "NO_PROXY")
 KEPT += ("SSL_CERT_FILE", "REQUESTS_CA_BUNDLE", "PIP_INDEX_URL", "PIP_CERT", "GSENSE_ROS_PREFIX")
 
 
 def main() -> int:
+    arguments("./rig bench setup_time", __doc__).parse_args()
     with tempfile.TemporaryDirectory(prefix="gsense-setup-") as name:
         clone, home = Path(name) / "gsense", Path(name) / "home"
         home.mkdir()

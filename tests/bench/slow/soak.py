@@ -14,7 +14,6 @@ Compressed twice, for no clock of a live graph can be hurried:
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import random
@@ -30,6 +29,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), *(str(ROOT / "src" / name) for name in ("gsense_driver", "gsense_rig"))]
 
 from tests.bench.slow.driver_soak import Cable, rss_mb  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 from tests.driver import wire  # noqa: E402
 
@@ -276,11 +276,11 @@ def highest() -> float:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = arguments("./rig bench soak", __doc__)
     parser.add_argument("--hours", type=float, default=8.0, help="of simulated time")
     parser.add_argument("--live-hours", type=float, default=8.0, help="hours' worth of frames, live")
     parser.add_argument("--times", type=float, default=0.0, help="of the board's rate; 0: look for it")
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
     options = parser.parse_args()
     print(f"{os.cpu_count()} cores, load before {os.getloadavg()[0]:.1f}", flush=True)
     good = simulated(options.hours, options.seed) if options.hours else True

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -18,14 +17,15 @@ import yaml
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT))
 
+from tests.developer import arguments  # noqa: E402
 from tests.graph.processes import executable  # noqa: E402
 
 HEAD = f"{'seed':>5}  {'hidden':32} {'found':32} {'off by':>8}  {'verdict':16} {'declared':>9} {'full':>7} {'floor':>7}"
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 11)))
+    parser = arguments("./rig bench ten_demos", __doc__)
+    parser.add_argument("--seeds", type=int, nargs="+", default=list(range(1, 11)), help="one demo each")
     parser.add_argument("--seconds", type=float, default=20.0, help="of each live run")
     parser.add_argument("--keep", type=Path, help="keep the demos' folders here")
     options = parser.parse_args()

@@ -9,7 +9,6 @@ Below each, what is left of what is seen with one suspected cause switched off.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -27,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from scipy.spatial.transform import Rotation  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 
 from gsense_fusion.attitude import Madgwick, MadgwickParameters, attitude_at_rest  # noqa: E402
 from gsense_fusion.attitude.carriage import CarriageAid  # noqa: E402
@@ -192,9 +192,9 @@ def draw(out: Path, figure: str, sensor: str, omega: float, run: Run, compensate
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--out", type=Path, default=ROOT / "out" / "thesis")
-    parser.add_argument("--seed", type=int, default=1)
+    parser = arguments("./rig bench thesis_figures", __doc__)
+    parser.add_argument("--out", type=Path, default=ROOT / "out" / "thesis", help="folder of the figures")
+    parser.add_argument("--seed", type=int, default=1, help="of what is drawn")
     options = parser.parse_args()
     sessions = options.out / "sessions"
     simulate(sessions, options.seed)

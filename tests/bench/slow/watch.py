@@ -10,7 +10,6 @@ import os
 for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
-import argparse  # noqa: E402
 import sys  # noqa: E402
 import time  # noqa: E402
 from multiprocessing import Pool  # noqa: E402
@@ -22,6 +21,7 @@ ROOT = Path(__file__).resolve().parents[3]
 sys.path[:0] = [str(ROOT), str(ROOT / "src" / "gsense_fusion")]
 
 from rich.progress import track  # noqa: E402
+from tests.developer import arguments  # noqa: E402
 from tests.fusion.watch.live import Shift, first_alarm, watch  # noqa: E402
 from tests.study.simulator.parameters import Disturbance  # noqa: E402
 
@@ -73,10 +73,10 @@ def _direction(seed: int) -> float:
 
 
 def main() -> int:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--hours", type=int, default=1)
-    parser.add_argument("--faults", type=int, default=20)
-    parser.add_argument("--first-seed", type=int, default=1)
+    parser = arguments("./rig bench watch", __doc__)
+    parser.add_argument("--hours", type=int, default=1, help="without a fault")
+    parser.add_argument("--faults", type=int, default=20, help="runs in which one enters")
+    parser.add_argument("--first-seed", type=int, default=1, help="another one gives fresh sessions")
     options = parser.parse_args()
     begin, seeds = time.monotonic(), range(options.first_seed, options.first_seed + options.faults)
     kinds = list(FAULTS)

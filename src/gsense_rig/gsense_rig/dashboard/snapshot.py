@@ -175,4 +175,10 @@ def _notes(state: GraphState, now: float) -> list[dict[str, Any]]:
     """Diagnostics, the worst first; those that nobody repeats are left out."""
     fresh = [(note, name) for name, (note, heard) in state.notes.items() if now - heard < FORGET_NOTE]
     fresh.sort(key=lambda entry: (-entry[0].level, entry[1]))
-    return [{"level": note.level, "name": name, "text": note.text} for note, name in fresh]
+    return [{"level": note.level, "name": _shown(name), "text": note.text} for note, name in fresh]
+
+
+def _shown(status_name: str) -> str:
+    """`rig` of "lab/rig: rig", `bridge: link` of "lab/bridge: link": the page shows one namespace."""
+    node, _, task = (part.strip() for part in status_name.rpartition("/")[2].partition(":"))
+    return node if task in ("", node) else f"{node}: {task}"

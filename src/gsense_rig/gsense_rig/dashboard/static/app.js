@@ -4,7 +4,7 @@ import { drawBox } from "./box.js";
 import { Chart, Series } from "./charts.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { byId, figures, number, options, say } from "./dom.js";
+import { byId, figures, fixed, number, options, say } from "./dom.js";
 import { showFolder, showLink, showNotes } from "./lists.js";
 import { Rail } from "./rail.js";
 
@@ -98,8 +98,8 @@ function showImu({ imu, sensors, sensor }) {
   }
   series.imu.take(imu);
   const newest = series.imu.rows.get(series.imu.newest);
-  const rate = newest ? newest.slice(1, 4).map((value) => (value * DEGREES).toFixed(2)).join(", ") : "";
-  const warmth = imu.temperature === null ? "" : `; ${imu.temperature.toFixed(1)} °C`;
+  const rate = newest ? newest.slice(1, 4).map((value) => fixed(value * DEGREES, 2)).join(", ") : "";
+  const warmth = imu.temperature === null ? "" : `; ${fixed(imu.temperature, 1)} °C`;
   say(byId("imu-note"), imu.silent ? "silent" : `x, y, z now ${rate} deg/s${warmth}`);
   byId("force-chart").parentElement.hidden = !imu.has_force;
 }
@@ -113,7 +113,7 @@ function showAttitude({ attitude, filters, filter, sensor }) {
     byId(`box-${name}`).parentElement.classList.toggle("stale", seen === null || seen.silent);
     const absent = name === "gcomp" ? "needs a compensation file" : "no filter publishes";
     say(byId(`angles-${name}`), seen === null ? absent
-      : ["roll", "pitch", "heading"].map((angle, i) => `${angle} ${seen.angles[i].toFixed(2)}°`).join("  "));
+      : ["roll", "pitch", "heading"].map((angle, i) => `${angle} ${fixed(seen.angles[i], 2)}°`).join("  "));
   }
   say(byId("apart"), attitude.apart === null ? (filter ? "" : `no orientation of ${sensor || "a sensor"}`) : `${attitude.apart.toFixed(3)}° apart`);
 }

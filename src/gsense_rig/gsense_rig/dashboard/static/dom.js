@@ -43,8 +43,14 @@ export function options(select, names, chosen) {
   select.hidden = names.length === 0;
 }
 
+/** So many digits after the point; what rounds to zero has no sign. */
+export function fixed(value, digits) {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? text.replace("-", "") : text;
+}
+
 /** A number with a unit; a dash where unknown. */
 export function number(value, digits, unit = "") {
   if (value === null || value === undefined) return "–";
-  return `${value.toFixed(digits)}${unit && " " + unit}`;
+  return `${fixed(value, digits)}${unit && " " + unit}`;
 }

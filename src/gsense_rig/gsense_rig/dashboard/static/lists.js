@@ -30,10 +30,15 @@ function fill(list, items, build, empty) {
 export function showNotes(notes) {
   const bad = notes.filter(({ level }) => level > 0);
   const fine = notes.filter(({ level }) => level === 0);
-  fill(byId("notes"), bad, ({ level, name, text }) => make("li", `${["", "!", "✗", "?"][level]} ${name}: ${text}`, { class: `level${level}` }),
-    notes.length ? "no complaints" : "no diagnostics");
+  fill(byId("notes"), bad, note, notes.length ? "no complaints" : "no diagnostics");
   say(byId("fine"), `${fine.length} fine`);
-  fill(byId("fine-notes"), fine, ({ name, text }) => make("li", `✓ ${name}: ${text}`), "");
+  fill(byId("fine-notes"), fine, note, "");
+}
+
+function note({ level, name, text }) {
+  const item = make("li", `${["✓", "!", "✗", "?"][level]} `, { class: `level${level}` });
+  item.append(make("b", name), ` ${text}`);
+  return item;
 }
 
 export function showFolder({ campaigns, reports, left_out: leftOut }) {
