@@ -8,11 +8,12 @@ from functools import partial
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfilt
 from tests.study.judge import analyse
 from tests.study.simulator import Session
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.bags.run import LinkCounts, Run
+from gsense_fusion.bags.run import ImuSeries, LinkCounts, PoseSeries, Run
 from gsense_fusion.identification.catalogue import CATALOGUE
 from gsense_fusion.identification.effects.quantization import noise_before_rounding
 from gsense_fusion.identification.engine import Settings
@@ -114,6 +115,26 @@ def test_a_skew_is_found_and_taken_out(ppm: float, anew: bool) -> None:
     assert skew.value == pytest.approx(ppm * 1e-6, abs=3 * skew.stderr)
     true, _ = on_one_clock(clean_runs([(run, Role(role)) for run, role in made().runs]))
     assert campaign.delay.value == pytest.approx(true.delay.value, abs=1e-4)
+
+
+def test_the_error_of_a_short_motions_skew_is_that_of_noise_behind_a_filter() -> None:
+    """Nothing is left between the orders of five periods, and the level up to half the sample rate is too low."""
+    t = np.arange(0.0, 14.0, 0.005)
+    u = np.clip(np.minimum(t - 3.0, 12.0 - t) / 1.2, 0.0, 1.0)
+    x = 0.15 * u**3 * (10 - 15 * u + 6 * u**2) * np.sin(5.0 * t)
+    felt = np.column_stack([np.gradient(np.gradient(x, t), t), 0.0 * t, np.full(len(t), 9.81)])
+    run = made().runs[0][0]
+    stamps = run.imu.stamp_ns[0] + np.arange(len(t)) * 5_000_000
+    pose = PoseSeries(stamps, np.round(x / 5e-5) * 5e-5)
+    found = []
+    for seed in range(12):
+        noise = np.random.default_rng(seed).standard_normal((2, len(t), 3))
+        force = felt + 0.06 * sosfilt(butter(2, 10.0, fs=200.0, output="sos"), noise[0], axis=0)
+        imu = ImuSeries(stamps, stamps, 1e-3 * noise[1], force, (True, True, True))
+        _, skew = on_one_clock(clean_runs([(replace(run, imu=imu, joint=None, pose=pose), Role.FIT)]))
+        assert skew is not None
+        found.append(skew.value / skew.stderr)
+    assert 0.5 < np.std(found) < 1.7
 
 
 @pytest.mark.slow

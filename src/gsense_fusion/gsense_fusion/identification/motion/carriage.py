@@ -51,13 +51,8 @@ class CarriageMotion:
 
         """
         self._time, self._position = _uniform(time, position)
-        steps = np.diff(time)
-        silent = np.flatnonzero(steps > max(SILENT_S, 3 * float(np.median(steps))))
-        self.silent: tuple[Interval, ...] = tuple(Interval(float(time[i]), float(time[i + 1])) for i in silent)
-        moving = ~still_mask(self._time, self._position)
-        for gap in self.silent:  # a flat line through a motion is no rest
-            low, high = np.searchsorted(self._time, (gap.start, gap.stop))
-            moving[low:high] |= moving[max(low - 1, 0)] | moving[min(high, len(moving) - 1)]
+        self.silent = _silent(time)
+        moving = _moving_mask(self._time, self._position, self.silent)
         self.still: tuple[Interval, ...] = _intervals(self._time, ~moving)
         stretches = _intervals(self._time, moving)
         self.moving: Interval | None = max(stretches, key=lambda i: i.duration, default=None)
@@ -134,6 +129,26 @@ def still_mask(time: FloatArray, position: FloatArray) -> BoolArray:
     span = max(3, round(STILL_SPAN_S / float(np.median(np.diff(time)))) | 1)
     reach = maximum_filter1d(position, span) - minimum_filter1d(position, span)
     return np.asarray(reach < STILL_RANGE_M)
+
+
+def moving_stretches(time: FloatArray, position: FloatArray) -> tuple[Interval, ...]:
+    """When the carriage moves, in the time of the encoder's record: stamps in s and positions in m, shape (m,)."""
+    grid, uniform = _uniform(time, position)
+    return _intervals(grid, _moving_mask(grid, uniform, _silent(time)))
+
+
+def _moving_mask(time: FloatArray, position: FloatArray, silent: tuple[Interval, ...]) -> BoolArray:
+    moving = ~still_mask(time, position)
+    for gap in silent:  # a flat line through a motion is no rest
+        low, high = np.searchsorted(time, (gap.start, gap.stop))
+        moving[low:high] |= moving[max(low - 1, 0)] | moving[min(high, len(moving) - 1)]
+    return moving
+
+
+def _silent(time: FloatArray) -> tuple[Interval, ...]:
+    steps = np.diff(time)
+    silent = np.flatnonzero(steps > max(SILENT_S, 3 * float(np.median(steps))))
+    return tuple(Interval(float(time[i]), float(time[i + 1])) for i in silent)
 
 
 def _uniform(time: FloatArray, position: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -52,12 +52,12 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     if poses[0] is not None and poses[1] is not None and poses[2] is not None:
         pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, rest))
     traces = attitude_traces(folds)
-    units = [c.unit_id for c in a.clean if c.unit_id]
+    units = sorted({c.unit_id for c in a.clean if c.unit_id})
     absent, spreads = not_found(a)
     left_open = open_effects(a, spreads)
     return LoopResult(
         sensor=a.clean[0].sensor,
-        unit_id=units[0] if units else None,
+        unit_id=units[0] if len(units) == 1 else None,
         declared=a.settings.declared,
         declared_parameters=declared_parameters(a),
         runs=_summaries(a),
@@ -75,6 +75,7 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         notes=tuple(n for n in a.notes if UNDECIDED not in n)
         + a.claims.notes
         + tuple(felt_notes(a))
+        + _several_units(units)
         + tuple(n for c in a.clean for n in c.notes),
         ranking=_ranking(a.selection, full),
         plots=_plots(a, traces, rest),
@@ -107,6 +108,13 @@ def _summaries(a: Analysis) -> tuple[RunSummary, ...]:
             )
         )
     return tuple(out)
+
+
+def _several_units(units: Sequence[str]) -> tuple[str, ...]:
+    """What to do where the runs are of more than one sensor."""
+    if len(units) < 2:
+        return ()
+    return (f"the bags are of units {', '.join(units)}, each with a G of its own: analyse every unit by itself",)
 
 
 def _unexplained(symptoms: Sequence[Symptom], nearest: Sequence[str]) -> Unexplained | None:

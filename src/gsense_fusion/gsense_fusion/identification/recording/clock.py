@@ -27,6 +27,8 @@ FEWEST_FREE = 3
 PIECES = 6
 MIN_FORCE_S = 3.0
 FEWEST_BINS = 8
+BINS_ABOVE = 32
+"""Above the orders, where a short motion leaves none between them; higher up the sensor's filter takes the noise."""
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,8 @@ def _level_beside_orders(rest: FloatArray, rate_hz: float, w: float) -> float:
     order = np.arange(len(power)) * rate_hz / len(rest) * 2 * np.pi / w
     width = 3.0 * rate_hz / len(rest) * 2 * np.pi / w
     beside = (order > 0.3) & (order < 4.7) & (np.abs(order - np.rint(order)) > width)
-    return float(np.sqrt(np.mean(power[beside] if beside.sum() >= FEWEST_BINS else power[1:])))
+    above = power[order >= 4.7][:BINS_ABOVE]
+    return float(np.sqrt(np.mean(power[beside] if beside.sum() >= FEWEST_BINS else above)))
 
 
 def _steady(data: RunData) -> tuple[FloatArray, FloatArray, Harmonics] | None:

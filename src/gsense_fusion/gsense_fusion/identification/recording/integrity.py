@@ -15,6 +15,7 @@ import numpy as np
 from gsense_fusion.bags.run import Run, ScalarSeries
 from gsense_fusion.identification.recording.field import FieldRecord, MotorRecord, field_record, motor_record
 from gsense_fusion.identification.recording.lattice import lattice_steps
+from gsense_fusion.identification.recording.several import runs_of
 from gsense_fusion.identification.recording.stamps import Stamps, grid_index, look_at_stamps
 from gsense_fusion.identification.recording.supply import supply_of
 from gsense_fusion.identification.types import GRAVITY, BoolArray, FloatArray, IdentificationError, IntArray, Role
@@ -95,13 +96,14 @@ class CleanRun:
 
 
 def clean_runs(runs: Sequence[tuple[Run, Role]]) -> list[CleanRun]:
-    """Put the runs on uniform grids and number their sessions, in order of time.
+    """Put the runs on uniform grids and number their sessions, in order of time; a bag's motions are runs of their own.
 
     Raises:
         IdentificationError: A run is too short, or its stamps make no grid.
 
     """
-    ordered = sorted(runs, key=lambda item: int(item[0].imu.stamp_ns[0]) if len(item[0].imu) else 0)
+    apart = [(part, role) for run, role in runs for part in runs_of(run)]
+    ordered = sorted(apart, key=lambda item: int(item[0].imu.stamp_ns[0]) if len(item[0].imu) else 0)
     if not ordered:
         raise IdentificationError("no runs given: name at least one bag with --fit")
     epoch = int(ordered[0][0].imu.stamp_ns[0]) if len(ordered[0][0].imu) else 0
