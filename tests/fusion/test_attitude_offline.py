@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -152,3 +153,18 @@ def test_rig_aided_does_not_see_the_carriage_and_madgwick_does() -> None:
     still = {name: np.median(values[:500]) for name, values in tilt.items()}
     assert np.abs(tilt["rig_aided"] - still["rig_aided"])[moving].max() < 0.15
     assert np.abs(tilt["madgwick"] - still["madgwick"])[moving].max() > 0.3
+
+
+@pytest.mark.parametrize("wrong", [1e12, 1e200, 1e308])
+def test_a_position_of_no_rail_is_passed_over(wrong: float) -> None:
+    r = recording("plain", 3000)
+    assert r.carriage is not None
+    places, position = r.carriage
+    position = position.copy()
+    position[[900, 1500]] = wrong, -wrong
+    found = run_offline(
+        Fusion(channels(["rig_aided"], with_compensation=False)), replace(r, carriage=(places, position))
+    )
+    (q,) = found.quaternion.values()
+    tilt = np.degrees(2 * np.hypot(q[:, 1], q[:, 2]))
+    assert np.abs(tilt - np.median(tilt[:500]))[800:].max() < 0.15

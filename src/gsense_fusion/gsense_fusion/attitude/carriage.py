@@ -49,6 +49,8 @@ _PRIOR = (100.0, 1.0, 4e-4)
 """Variances of gravity's share (m/s^2)^2, of the mounting's cosine, and of the delay (s^2) before any sample."""
 _WALK = (1e-3, 1e-6, 1e-10)
 """Growth of these per s: a board may be turned by hand, a mounting may give."""
+_BEYOND_RAILS = 1e6
+"""m/s^2, m/s^3: what no carriage does and no sensor reports; taken in, it would stay in the regression for good."""
 _LEAST_POSITIONS = 8
 _MOST_POSITIONS = 1 << 24
 _SLACK_S = 0.1
@@ -71,6 +73,8 @@ def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN0
             right[i] += powers[i] * (position[k] - base)
             for j in range(4):
                 normal[i, j] += powers[i] * powers[j]
+    if not np.isfinite(right).all():  # positions so far from one another that their sums overflow
+        return out
     solution = np.linalg.solve(normal, right)
     out[0] = 2.0 * solution[2] / half**2
     out[1] = 6.0 * solution[3] / half**3
@@ -81,7 +85,7 @@ def _motion(t, position, at, half):  # type: ignore[no-untyped-def] # noqa: ANN0
 def _clean(p, c, dt, force, motion, variance, doubt):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202
     """A step of the regression (covariance p, coefficients c: 3 axes x [1, acceleration, jerk]); the cleaned force."""
     out = np.full(3, np.nan)
-    if not (np.isfinite(motion).all() and np.isfinite(force).all()):
+    if not ((np.abs(motion) < _BEYOND_RAILS).all() and (np.abs(force) < _BEYOND_RAILS).all()):  # NaN compares false
         return out
     for i in range(3):
         p[i, i] = min(p[i, i] + _WALK[i] * dt, _PRIOR[i])

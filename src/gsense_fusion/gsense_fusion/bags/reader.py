@@ -28,6 +28,7 @@ from .table import Table, attitude, reported
 from .topics import find_names, imus_beside
 
 _NO_AXIS_VARIANCE = 1e6
+_BEYOND_SENSORS = 1e6  # rad/s, m/s^2: a larger one comes of damaged bytes
 _STEADY = ("imu/data_raw", "rig/pose", "rig/joint_states")
 """Topics of a steady rate, whose gaps are losses."""
 _SAME_START_NS = 10**9
@@ -261,16 +262,16 @@ class _Loader:
             )
 
     def _finite(self, name: str, table: Table) -> Table:
-        """Without the samples that are not numbers in a field that they report."""
+        """Without the samples that are not numbers, or no sensor's, in a field that they report."""
         good = np.ones(len(table.stamp_ns), dtype=bool)
         for quantity in ("angular_velocity", "linear_acceleration"):
             absent = table.column(f"{quantity}_covariance")[:, 0] == -1.0
-            good &= absent | np.isfinite(table.column(quantity)).all(axis=1)
+            good &= absent | (np.abs(table.column(quantity)) < _BEYOND_SENSORS).all(axis=1)  # NaN compares false
         if good.all():
             return table
         if not good.any():
             raise BagError(f"{self.path}: {name} holds no sample that is a number; check the sensor")
-        self.notes.append(f"{name}: {int(np.sum(~good))} samples that are not numbers dropped")
+        self.notes.append(f"{name}: {int(np.sum(~good))} samples that are not numbers of a sensor dropped")
         return table.take(np.flatnonzero(good))
 
     def _same_time(self, name: str | None, table: Table | None, imu: ImuSeries) -> Table | None:

@@ -260,8 +260,8 @@ def _open_file(file: Path, folder: Path, notes: list[str]) -> Iterator[Reader]:
             raise BagError(
                 f"{file}: not closed by its recorder, and nothing can be read ({_one_line(error)})"
             ) from error
-    reader = Reader(file)
     try:
+        reader = Reader(file)
         reader.open()
     except Exception as error:  # storage libraries raise their own classes (apsw, struct, KeyError ...)
         raise BagError(f"{original}: cannot be opened as a bag ({_one_line(error)})") from error

@@ -95,7 +95,7 @@ def _parse(content: Any) -> CompensationFile:
     top = Section("", content)
     schema = top.text("schema")
     if schema != SCHEMA:
-        raise ValueError(f"schema is {schema!r}, this version reads {SCHEMA!r}")
+        raise ValueError(f"schema is {schema[:60]!r}, this version reads {SCHEMA!r}")
     file = CompensationFile(
         sensor=top.text("sensor"),
         unit_id=top.optional_text("unit_id"),
