@@ -27,6 +27,7 @@ from gsense_fusion.identification.recording.clock import Skew, on_one_clock
 from gsense_fusion.identification.recording.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.recording.stillness import expand_still
 from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.search.lesser_tops import without_lesser_tops
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.search.soundness import rather_sound
 from gsense_fusion.identification.types import IdentificationError, Role
@@ -77,7 +78,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
         base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
-    best = rather_sound(selection, selection.search())
+    best = rather_sound(selection, without_lesser_tops(selection, selection.search()))
     say("is anything left?", 0.7)
     claims = beyond_rounding(judge(selection, best.fit, statistical, rounded), rounded)
     claims = with_aliases(claims, likelihood)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gsense_fusion.bags.gaps import wide_stretches
 from gsense_fusion.bags.run import LinkCounts
+from gsense_fusion.identification.recording.jitter import STRONG, STRONGEST, numbered, strength
 from gsense_fusion.identification.types import FloatArray, IntArray
 
 BY_CHANCE = 10.0
@@ -41,14 +43,19 @@ def grid_index(stamp_ns: IntArray) -> tuple[IntArray, float]:
     """
     periods = np.diff(stamp_ns).astype(float)
     periods /= float(np.median(periods))
+    index = numbered(periods) if STRONG < strength(periods) < STRONGEST else _counted(periods)
+    slope = np.polyfit(index.astype(float), (stamp_ns - stamp_ns[0]).astype(float), 1)[0]
+    return index, float(slope) * 1e-9
+
+
+def _counted(periods: NDArray[np.float64]) -> IntArray:
+    """Grid numbers (n,) where the steps themselves, (n - 1,) in periods, tell what is missing."""
     steps = np.ones(len(periods), dtype=np.int64)
     for start, stop in wide_stretches(periods):
         lacking = round(float(periods[start:stop].sum()) - (stop - start))
         if lacking > 0:
             _share_out(steps[start:stop], periods[start:stop], lacking)
-    index = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
-    slope = np.polyfit(index.astype(float), (stamp_ns - stamp_ns[0]).astype(float), 1)[0]
-    return index, float(slope) * 1e-9
+    return np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
 
 
 def _share_out(steps: IntArray, periods: FloatArray, lacking: int) -> None:

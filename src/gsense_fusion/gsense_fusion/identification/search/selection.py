@@ -80,6 +80,11 @@ class Selection:
             self.tuning.keep(self._memory[names].fit)
         return self._memory[names]
 
+    def candidate_from(self, there: Fit) -> Candidate:
+        """The same refined from given values of the searched parameters, and remembered as the best of its effects."""
+        self._memory[there.names] = self._scored(self.tuning.refined(there))
+        return self._memory[there.names]
+
     def rough(self, names: frozenset[str]) -> Candidate:
         """The same with searched parameters on their grids."""
         if names in self._memory:
@@ -95,9 +100,9 @@ class Selection:
         """Every model that was fitted."""
         return list(self._memory.values())
 
-    def search(self) -> Candidate:
-        """Forward, backward and swap steps until none improves."""
-        best = self.candidate(self.declared)
+    def search(self, start: Candidate | None = None) -> Candidate:
+        """Forward, backward and swap steps until none improves, from the declared model where no other is given."""
+        best = self.candidate(self.declared) if start is None else start
         while (step := self._step(best)).score > best.score + 1e-6:
             best = step
         self.bought = frozenset(n for n in best.fit.names if self.effects[n].bought)
