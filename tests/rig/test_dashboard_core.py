@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 
 import numpy as np
 import pytest
@@ -177,7 +178,11 @@ def test_silence_is_said():
     assert late["rig"]["silent"]
     assert late["imu"]["silent"]
     assert late["attitude"]["raw"]["silent"]
-    assert [note["name"] for note in late["notes"]] == ["bridge: link"]
+    assert [(note["level"], note["name"], note["text"]) for note in late["notes"]] == [
+        (3, "rig: loop", "silent for 6 s"),
+        (2, "bridge: link", "no frames"),
+    ]
+    assert not graph_message(state, Viewing(), now=73.0)["notes"]
 
 
 def test_a_note_names_its_node_once():
@@ -221,6 +226,8 @@ def test_folder(tmp_path):
     assert set(campaigns) == {"c", "bad"}
     assert (campaigns["c"].done, campaigns["c"].total) == (1, 3)
     assert (campaigns["c"].recording, campaigns["c"].next_run, campaigns["c"].unit_id) == ("run_01", "run_01", "unit-7")
+    os.utime(tmp_path / "c/.unfinished/run_01", (0, 0))  # the campaign was interrupted
+    assert next(c.recording for c in Folder(tmp_path).look().campaigns if c.path == "c") == ""
     assert "is not an index" in campaigns["bad"].problem
     assert "\n" not in campaigns["bad"].problem
     assert [(r.path, r.text) for r in seen.reports] == [

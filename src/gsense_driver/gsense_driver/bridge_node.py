@@ -260,7 +260,10 @@ def make_executor() -> Any:
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
     given = remove_ros_args(sys.argv if args is None else args)[1:]
-    ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]").parse_args(given)
+    about = (
+        "The board's serial line on ROS topics. `ros2 param describe /bridge NAME` tells units, ranges and defaults."
+    )
+    ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]", about).parse_args(given)
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -79,7 +79,11 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--scheduler", metavar="ADDRESS", help="with --manifest: a Dask cluster's, tcp://HOST:8786")
     parser.add_argument("--sensor", default="mpu6050", help="a sensor's name or a whole topic (default: mpu6050)")
     parser.add_argument(
-        "--declared", nargs="+", default=["bias", "g_sensitivity"], metavar="EFFECT", help="effects that the model has"
+        "--declared",
+        nargs="+",
+        default=["bias", "g_sensitivity"],
+        metavar="EFFECT",
+        help="effects that the model has (default: bias g_sensitivity)",
     )
     parser.add_argument("--effects", type=Path, metavar="FILE.py", help="a file with effects of your own")
     parser.add_argument("--latitude", type=float, metavar="DEG", help="of the rig: earth rate is then subtracted")

@@ -31,7 +31,8 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
         0, or 2 with what is wrong on stderr for arguments, parameters or files that cannot be used.
     """
     usage = f"{name} [--ros-args -p NAME:=VALUE ...]"
-    ArgumentParser(name, usage).parse_args(remove_ros_args(sys.argv)[1:])
+    about = f"Its parameters: `ros2 param describe /{name} NAME` tells units, ranges and defaults."
+    ArgumentParser(name, usage, about).parse_args(remove_ros_args(sys.argv)[1:])
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -28,10 +28,10 @@ _COLOURS = ("#c0392b", "#2e7d32", "#1f5fa8")
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where the bag cannot be shown or the file not written."""
     parser = ArgumentParser(prog="plot_run", description=__doc__)
-    parser.add_argument("bag", type=Path, metavar="BAG")
+    parser.add_argument("bag", type=Path, metavar="BAG", help="folder of a run")
     parser.add_argument("--out", type=Path, required=True, metavar="FILE", help=".png, .pdf or .svg")
-    parser.add_argument("--sensor", default="mpu6050")
-    parser.add_argument("--detail", type=float, metavar="S", help="begin of the right column (default: the middle)")
+    parser.add_argument("--sensor", default="mpu6050", metavar="NAME", help="of the bag's sensors (default: mpu6050)")
+    parser.add_argument("--detail", type=float, metavar="S", help="begin of the right column, s (default: the middle)")
     options = parser.parse_args(arguments)
     if not options.out.parent.is_dir():
         return _unusable(f"{options.out.parent}: no such folder")

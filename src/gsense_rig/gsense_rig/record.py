@@ -100,10 +100,19 @@ def _report(summary: Summary, node: RecorderNode) -> None:
 
 def _without_graph(arguments: Sequence[str]) -> int:
     """What needs no graph: --repair, --qos-overrides, --help."""
-    parser = ArgumentParser(prog="record", description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    usage = (
+        "record [--ros-args -p out:=BAG -p NAME:=VALUE ...]\n       record --repair BAG | --qos-overrides [NAMESPACE]"
+    )
+    parser = ArgumentParser("record", usage, description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--repair", type=Path, metavar="BAG")
-    what.add_argument("--qos-overrides", nargs="?", const="/", metavar="NAMESPACE")
+    what.add_argument("--repair", type=Path, metavar="BAG", help="repair this bag")
+    what.add_argument(
+        "--qos-overrides",
+        nargs="?",
+        const="/",
+        metavar="NAMESPACE",
+        help="print the QoS file, of a rig in a namespace (default: /)",
+    )
     options = parser.parse_args(arguments)
     if options.repair is not None:
         return _repair(options.repair.absolute())

@@ -204,7 +204,10 @@ class RigNode(Node):
 def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
     usage = "rig [--ros-args -p NAME:=VALUE ...]"
-    ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
+    about = (
+        "The rail as a ROS node. `ros2 param describe /rig NAME` tells units, ranges and defaults of its parameters."
+    )
+    ArgumentParser("rig", usage, about).parse_args(remove_ros_args(sys.argv)[1:])
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

@@ -18,9 +18,11 @@ def main(arguments: list[str] | None = None) -> int:
     """Judge, print, write; exit 1 where a target is missed."""
     parser = ArgumentParser(prog="tracking", description="Tracking of both controllers on the simulated rail.")
     parser.add_argument("--out", type=Path, help="folder for tracking.txt and tracking.png; nothing is written without")
-    parser.add_argument("--off", type=float, default=20.0, metavar="PERCENT", help="how far parameters are off")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the first plant; each has its own")
-    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    parser.add_argument(
+        "--off", type=float, default=20.0, metavar="PERCENT", help="how far parameters are off (default: 20)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first plant; each has its own (default: 1)")
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes (default: one a core)")
     options = parser.parse_args(arguments)
     if not 0.0 <= options.off <= 50.0:
         parser.error(f"--off {options.off:g} is not within 0 to 50 percent")

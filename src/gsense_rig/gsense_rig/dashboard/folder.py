@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import os
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,6 +17,7 @@ DEPTH = 4  # folders below the one that is given
 MAX_FOLDERS = 5000
 MAX_LISTED = 50
 MAX_JSON = 20_000_000  # bytes
+RECORDING_WITHIN = 30.0  # s; a bag that has not changed for so long was given up
 UNFINISHED = ".unfinished"  # where a campaign keeps the bag that it records
 
 
@@ -147,12 +149,13 @@ def _campaign(root: Path, file: Path) -> CampaignSeen:
 
 
 def _recording(folder: Path) -> str:
-    """Name of the run whose bag is not closed yet."""
+    """Name of the run whose bag is not closed yet, and grows."""
     try:
-        names = sorted(entry.name for entry in (folder / UNFINISHED).iterdir() if entry.name.startswith("run_"))
+        bags = sorted(entry for entry in (folder / UNFINISHED).iterdir() if entry.name.startswith("run_"))
+        newest = max(_changed(file) for file in (bags[-1], *bags[-1].iterdir())) if bags else 0.0
     except OSError:
         return ""
-    return names[-1] if names else ""
+    return bags[-1].name if time.time() - newest < RECORDING_WITHIN else ""
 
 
 def _report_words(document: Path) -> tuple[str, str] | None:

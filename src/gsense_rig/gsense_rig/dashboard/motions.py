@@ -88,8 +88,8 @@ class Motions:
 
         `stop` always goes to the rig. All else is for the rig to refuse, but for what `Pilot.refusal` says.
         """
-        reason = None if _is_stop(command) else self._pilot.refusal()
-        if reason is not None:
+        reason = "" if _is_stop(command) else self.refusal()
+        if reason:
             tell("refused", reason)
             return
         motion = Motion(page, words(command), not isinstance(command, Call))
@@ -115,6 +115,10 @@ class Motions:
         if motion.abandoned:  # the page went while the rig was judging
             await self._cancel(motion.drive)
         return await motion.drive.result()
+
+    def refusal(self) -> str:
+        """Why nothing but `stop` is taken just now; empty: it is for the rig to say."""
+        return self._pilot.refusal() or ""
 
     def page_lost(self, page: int) -> None:
         """Stop what this page has set going, and nothing else."""

@@ -244,7 +244,7 @@ class LiveSocket(Guarded, tornado.websocket.WebSocketHandler):
         ]
         self.send(
             type="state", n=number, may_command=page.may_command, pages=len(self.desk.pages.open),
-            malformed=self.desk.pages.malformed, motions=motions, **graph,
+            malformed=self.desk.pages.malformed, refusal=self.desk.motions.refusal(), motions=motions, **graph,
         )  # fmt: skip
 
     def send(self, **message: Any) -> None:

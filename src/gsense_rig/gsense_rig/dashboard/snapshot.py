@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from gsense_rig.dashboard.state import Note
 from gsense_rig.dashboard.trace import Cursor, Trace
 from gsense_rig.safety.modes import Fault, Light, Mode
 
@@ -14,7 +15,9 @@ if TYPE_CHECKING:
 
 GCOMP = "_gcomp"
 SILENT = 2.0  # s after which the page says so
-FORGET_NOTE = 5.0  # s; diagnostics come once a second
+SILENT_NOTE = 5.0  # s; diagnostics come once a second
+FORGET_NOTE = 60.0  # s; who has been silent for so long was ended
+STALE = 3  # the level of diagnostic_msgs
 
 
 @dataclass
@@ -172,10 +175,16 @@ def _orientation(
 
 
 def _notes(state: GraphState, now: float) -> list[dict[str, Any]]:
-    """Diagnostics, the worst first; those that nobody repeats are left out."""
-    fresh = [(note, name) for name, (note, heard) in state.notes.items() if now - heard < FORGET_NOTE]
-    fresh.sort(key=lambda entry: (-entry[0].level, entry[1]))
-    return [{"level": note.level, "name": _shown(name), "text": note.text} for note, name in fresh]
+    """Diagnostics, the worst first; one that nobody repeats is said to be silent, then left out."""
+    known = [(_aged(note, now - heard), name) for name, (note, heard) in state.notes.items()]
+    found = sorted(((note, name) for note, name in known if note), key=lambda entry: (-entry[0].level, entry[1]))
+    return [{"level": note.level, "name": _shown(name), "text": note.text} for note, name in found]
+
+
+def _aged(note: Note, age: float) -> Note | None:
+    if age < SILENT_NOTE:
+        return note
+    return Note(STALE, f"silent for {age:.0f} s") if age < FORGET_NOTE else None
 
 
 def _shown(status_name: str) -> str:

@@ -17,6 +17,7 @@ const charts = [
   new Chart(byId("force-chart"), ["x", "y", "z"].map((axis, i) => [axis, series.imu, 4 + i, 1]), 1),
   new Chart(byId("tilt-chart"), [["raw", series.raw, 1, 1], ["gcomp", series.gcomp, 1, 1]], 0.2),
 ];
+const MODES = { UNHOMED: "not homed" }; // where the name alone is no word
 let dirty = false;
 
 const connection = new Connection(heard, changed);
@@ -72,10 +73,11 @@ function draw() {
 
 function showRig(rig) {
   const alive = rig !== null && !rig.silent;
-  say(byId("mode"), alive ? rig.mode.toLowerCase() : rig === null ? "no rig" : "rig silent");
+  say(byId("mode"), alive ? MODES[rig.mode] ?? rig.mode.toLowerCase() : rig === null ? "no rig" : "rig silent");
   byId("light").dataset.light = alive ? rig.light : "OFF";
   byId("light").title = `traffic light: ${alive ? rig.light.toLowerCase() : "unknown"}`;
   say(byId("fault"), alive && rig.fault !== "NONE" ? `${rig.fault}: ${rig.fault_text}` : "");
+  say(byId("carriage-note"), alive && rig.mode === "UNHOMED" ? "press Home: till then the position counts from where it was switched on" : "");
   byId("carriage-card").classList.toggle("stale", !alive);
   if (rig === null) return;
   rail.show(rig);

@@ -42,7 +42,7 @@ export class Chart {
       scales: { x: { time: false, range: [-SPAN, 0] }, y: { range: (_plot, low, high) => range(low, high, least) } },
       axes: [
         { ...axis, size: 22, gap: 2, values: (_plot, ticks) => ticks.map((t) => `${t} s`) },
-        { ...axis, size: 46, gap: 4, space: 24 },
+        { ...axis, size: 46, gap: 4, space: 16 },
       ],
       series: [{}, ...lines.map(([label], i) => ({ label, stroke: COLOURS[lines.length === 3 ? i : 2 * i], width: 1.3, points: { show: false } }))],
     }, this.data, place);
@@ -71,6 +71,6 @@ export class Chart {
 function range(low, high, least) {
   if (low === null || high === null) return [-least / 2, least / 2];
   const middle = (low + high) / 2;
-  const half = Math.max(((high - low) / 2) * 1.1, least / 2);
+  const half = 1.1 * Math.max((high - low) / 2, least / 2); // no label at the very edge
   return [middle - half, middle + half];
 }

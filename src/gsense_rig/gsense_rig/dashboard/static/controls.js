@@ -57,12 +57,13 @@ export class Controls {
   /** What the state allows. The rig judges again, whatever is pressed. */
   show(state) {
     const mode = state.rig && !state.rig.silent ? state.rig.mode : "";
-    const may = state.may_command;
+    const may = state.may_command && !state.refusal;
     for (const button of document.querySelectorAll("form button, [data-call=park]")) button.disabled = !(may && mode === "IDLE");
     document.querySelector("[data-call=home]").disabled = !(may && ["UNHOMED", "IDLE"].includes(mode));
     document.querySelector("[data-call=reset]").disabled = !(may && mode === "FAULT");
-    say(byId("under-way"), state.motions.map(({ text, elapsed, mine }) =>
-      `${text}${elapsed ? `, ${elapsed.toFixed(1)} s` : ""}${mine ? "; stops with this page" : "; of another page"}`).join(" · "));
+    const motions = state.motions.map(({ text, elapsed, mine }) =>
+      `${text}${elapsed ? `, ${elapsed.toFixed(1)} s` : ""}${mine ? "; stops with this page" : "; of another page"}`);
+    say(byId("under-way"), [state.refusal, ...motions].filter(Boolean).join(" · "));
   }
 
   /** Without a connection nothing can be sent. */

@@ -4,7 +4,7 @@ import { byId, figures, make, number, say } from "./dom.js";
 
 export function showLink(link, battery) {
   const entries = link === null ? [["bridge", "silent", true]] : [
-    ["frames", number(link.rate_hz, 0, "Hz"), link.silent],
+    ["frames", link.silent ? "silent" : number(link.rate_hz, 0, "Hz"), link.silent],
     ["lost", `${link.lost} of ${link.received + link.lost + link.corrupt} (${(100 * link.loss).toFixed(3)} %)`, link.lost_lately > 0],
     ["corrupt", String(link.corrupt)],
     ["board starts", String(link.restarts)],
