@@ -43,6 +43,18 @@ def test_a_lost_port_is_opened_again_with_growing_pauses_and_said_once():
     assert connection.problem is None
 
 
+def test_a_port_that_is_read_already():
+    master, slave = os.openpty()
+    first = SerialPort(os.ttyname(slave), 460800)
+    try:
+        with pytest.raises(PortLostError, match="another program reads it"):
+            SerialPort(os.ttyname(slave), 460800)
+    finally:
+        first.close()
+        os.close(slave)
+        os.close(master)
+
+
 def test_a_pseudo_terminal_is_read_and_its_end_is_noticed():
     master, slave = os.openpty()
     port = SerialPort(os.ttyname(slave), 460800, timeout_s=0.2)

@@ -105,6 +105,20 @@ def test_full_disk_leaves_a_closed_bag_and_one_line(disk: Path, max_bytes: int) 
     assert information(disk)["custom_data"] == {"gsense.unwritten": str(summary.unwritten)}
 
 
+def test_a_bag_that_is_removed_meanwhile_is_said(tmp_path: Path) -> None:
+    thread = BagThread(tmp_path / "bag", typestore())
+    thread.add_topic(Topic("/raw", STRING, (offered_qos(10),)))
+    fill(thread, "/raw", 10)
+    shutil.rmtree(tmp_path / "bag")
+    end = time.monotonic() + 60.0
+    while thread.error is None:
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    summary = thread.finish()
+    assert summary.error == f"{tmp_path / 'bag'}: writing failed: its file is gone, the bag was moved or removed"
+    assert (summary.counts, summary.unwritten) == ({"/raw": 0}, 10)
+
+
 def test_a_queue_that_is_full_drops_and_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk stalls: what no longer fits into memory is counted by topic, and the bag says so."""
     bag = tmp_path / "bag"

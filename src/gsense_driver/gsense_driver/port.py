@@ -6,6 +6,7 @@ between attempts, and says once when the port is lost and once when it is back.
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable
 from typing import Protocol
 
@@ -39,7 +40,8 @@ class SerialPort:
                 self._serial.exclusive = True  # two readers would each get half of the bytes
             self._serial.open()
         except (OSError, ValueError) as error:  # SerialException is an OSError
-            raise PortLostError(_one_line(error)) from error
+            taken = getattr(error, "errno", None) == errno.EAGAIN
+            raise PortLostError("another program reads it" if taken else _one_line(error)) from error
 
     def read(self) -> bytes:
         """Wait for a first byte, then take all that is there."""

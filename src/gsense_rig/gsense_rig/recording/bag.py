@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from pathlib import Path
 from typing import Any, ClassVar, Final
@@ -64,7 +65,13 @@ class BagWriter(Writer):
         self._split_where_due()
 
     def flush(self) -> None:
-        """Puts what has been written so far on disk; a killed process loses only what came later."""
+        """Puts what has been written so far on disk; a killed process loses only what came later.
+
+        Raises:
+            OSError: the disk is full, or the file is no longer in its folder.
+        """
+        if not self._file.path.exists():
+            raise FileNotFoundError(errno.ENOENT, "its file is gone, the bag was moved or removed")
         if self._file.chunk.bio.tell():
             self._file.close_chunk()
 

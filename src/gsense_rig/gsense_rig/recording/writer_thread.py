@@ -39,7 +39,7 @@ class Summary:
     counts: dict[str, int]
     """Messages by topic; topics without any are there with 0."""
     unwritten: int
-    """Messages that came after the disk was full."""
+    """Messages that came after the disk was full; all where the bag is gone."""
     overflow: dict[str, int]
     """Messages by topic that found no room in memory, because the disk was too slow."""
     error: str | None
@@ -111,6 +111,8 @@ class BagThread:
         except OSError as error:
             self._error = self._error or _line(self._writer.path, error)
         counts = {name: self._writer.counts[c.id] for name, c in self._connections.items()}
+        if not self._writer.path.exists():
+            counts, unwritten = dict.fromkeys(counts, 0), sum(self._received.values())
         return Summary(self._writer.path, counts, unwritten, dict(self._overflow), self._error)
 
     def _run(self) -> None:
