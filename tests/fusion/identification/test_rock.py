@@ -53,6 +53,22 @@ def test_contacts_give_way_between_evenly_and_as_an_exponential() -> None:
     assert to_go(travel, 0.999) == pytest.approx(to_go(travel, 1.0), abs=2e-3)
 
 
+def test_behind_a_belt_that_gives_way_the_turn_begins_late() -> None:
+    step, w, lost, width = 1e-3, 2.0, 6e-5, 2e-4
+    t = np.arange(0.0, 12.0, step)
+    pulley, speed = 0.15 * np.sin(w * t), 0.15 * w * np.cos(w * t)
+    carriage, turn = np.zeros(len(t)), np.zeros(len(t))
+    for k in range(1, len(t)):  # backlash drags the carriage, and the carriage the turn
+        carriage[k] = np.clip(carriage[k - 1], pulley[k] - lost / 2, pulley[k] + lost / 2)
+        turn[k] = np.clip(turn[k - 1] + (carriage[k] - carriage[k - 1]) / width, -1.0, 1.0)
+    middle = width + lost
+    angle = Travel.of(t, pulley, speed).angle(middle, 0.0, lost / middle)
+    late = t > 2.0
+    assert np.abs((angle[1:] + angle[:-1])[late] / 2 - turn[late]).max() < 0.05
+    without = Travel.of(t, pulley, speed).angle(middle, 0.0)
+    assert np.abs((without[1:] + without[:-1])[late] / 2 - turn[late]).max() > 0.2
+
+
 def test_lag_of_the_contacts_keeps_the_turn_and_delays_it() -> None:
     step, lag = 1e-3, 0.02
     t = np.arange(2000) * step

@@ -19,7 +19,7 @@ from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import FastMode, JerkCoupling
 from gsense_fusion.identification.effects.own_axes import own_axes
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
-from gsense_fusion.identification.effects.reversal_rock import Contact, ContactLag, ReversalRock
+from gsense_fusion.identification.effects.reversal_rock import BeltSlack, Contact, ContactLag, ReversalRock
 from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
 from gsense_fusion.identification.effects.supply_voltage import SupplyVoltage
 from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
@@ -55,6 +55,7 @@ REGRESSED: tuple[Effect, ...] = (
     ReversalRock(),
     ContactLag(),
     Contact(),
+    BeltSlack(),
     BeltTooth(),
     BeltToothAngle(),
     BeltToothDouble(),

@@ -67,16 +67,19 @@ class Travel:
         way = np.where(known, np.abs(at - where[np.maximum(last, 0)]), 1e3)
         return Travel(way, np.where(known, ahead[np.maximum(last, 0)], -ahead[0]), moving, step)
 
-    def angle(self, width: float, ductility: float = 1.0) -> FloatArray:
-        """A turn from -1 to 1 that follows each reversal over the travel `width`, shape (n + 1,)."""
-        return np.asarray(self.direction * (1.0 - to_go(self.way / width, ductility)))
+    def angle(self, width: float, ductility: float = 1.0, slack: float = 0.0) -> FloatArray:
+        """A turn from -1 to 1 that follows each reversal over the travel `width` beyond a `slack`, shape (n + 1,)."""
+        travel = self.way / width
+        if slack:
+            travel = np.maximum(travel - slack, 0.0) / (1.0 - slack)
+        return np.asarray(self.direction * (1.0 - to_go(travel, ductility)))
 
-    def rate(self, width: float, ductility: float = 1.0) -> FloatArray:
+    def rate(self, width: float, ductility: float = 1.0, slack: float = 0.0) -> FloatArray:
         """Its rate, 1/s, shape (n,).
 
         Each sample has the mean rate over its interval: a turn shorter than a sample stays a pulse of the right area.
         """
-        return np.asarray(np.diff(self.angle(width, ductility)) / self.step_s * self.moving)
+        return np.asarray(np.diff(self.angle(width, ductility, slack)) / self.step_s * self.moving)
 
 
 def to_go(travel: FloatArray, ductility: float) -> FloatArray:

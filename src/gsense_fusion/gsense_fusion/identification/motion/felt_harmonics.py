@@ -72,7 +72,8 @@ def _part(harmonics: Harmonics, keep: BoolArray) -> Harmonics:
 def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray, rate_hz: float) -> Harmonics | None:
     """What is to be added to the encoder's harmonics; None where it is nothing."""
     w = encoder.angular_frequency
-    orders = _told_apart(w, float(np.ptp(time)), rate_hz, min(MAX_ORDERS, len(time) // SAMPLES_PER_ORDER))
+    most = min(MAX_ORDERS, len(time) // SAMPLES_PER_ORDER, int(HIGHEST_HZ * 2 * np.pi / w))
+    orders = told_apart(np.arange(1.0, most + 1), w, float(np.ptp(time)), rate_hz)
     if not len(orders):
         return None
     beyond = acceleration - encoder.acceleration_at(time)
@@ -90,9 +91,8 @@ def _felt_orders(encoder: Harmonics, time: FloatArray, acceleration: FloatArray,
     return replace(encoder, offset=0.0, orders=orders[used], cosine=cosine[used] * scale, sine=sine[used] * scale)
 
 
-def _told_apart(w: float, duration_s: float, rate_hz: float, most: int) -> FloatArray:
-    """Orders of the drive whose samples differ, the lowest first, shape (k,)."""
-    order = np.arange(1.0, min(most, int(HIGHEST_HZ * 2 * np.pi / w)) + 1)
+def told_apart(order: FloatArray, w: float, duration_s: float, rate_hz: float) -> FloatArray:
+    """Those of some orders of the drive whose samples differ, the first first, shape (k,)."""
     folded = np.abs((order * w / (2 * np.pi) + rate_hz / 2) % rate_hz - rate_hz / 2)
     taken = np.concatenate([[0.0, rate_hz / 2], np.zeros(len(order))])
     used: list[int] = []

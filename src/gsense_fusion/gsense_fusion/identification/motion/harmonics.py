@@ -10,7 +10,7 @@ from gsense_fusion.identification.motion.phasors import Phasors, powers
 from gsense_fusion.identification.types import ComplexArray, FloatArray, IntArray
 
 HIGHEST_HARMONIC_HZ = 20.0
-MAX_HARMONICS = 40
+MAX_HARMONICS = 128
 KEEP_SIGMA = 5.0
 WORST_CONDITION = 1e4
 """Of the orders' normal matrix. Whole periods have some tens; where gaps leave a part of every period out, a sum of

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.interval import OUT_DROP, instant
 from gsense_fusion.identification.search.peak import highest, peak, sections
@@ -20,6 +21,13 @@ HOPELESS = 0.1
 """Part of its price that an optional parameter must earn beside the model's drift to get a drift of its own."""
 KEPT_POINTS = 3
 """Of an effect's grid, tried when it comes into a larger model: the best ones of the smallest."""
+
+MOST_ROUNDS = 6
+FAR_FROM_TOP = 5.0
+"""What a round gains in the log-likelihood where it was not the last: a large effect's shapes share a narrow valley."""
+
+BESIDE = 0.02
+"""Of the way between two points of a grid."""
 
 
 class Tuning:
@@ -33,6 +41,7 @@ class Tuning:
         self._screens: dict[tuple[str, frozenset[str]], tuple[float, ...]] = {}
         self._points: dict[str, list[dict[str, float]]] = {}
         self._instants: list[tuple[float, float]] = []
+        self._refined: dict[frozenset[str], Templates] = {}
 
     def specs(self, names: frozenset[str]) -> list[TemplateSpec]:
         """Searched parameters of a set of effects."""
@@ -40,6 +49,7 @@ class Tuning:
 
     def keep(self, fit: Fit) -> None:
         """Remember the values of a refined model for larger ones."""
+        self._refined[fit.names] = fit.templates
         for name in (n for n in fit.names if n in self._points):
             point = _values(fit.templates, self.effects[name].templates)
             self._points[name] = [point, *self._points[name][:KEPT_POINTS]]
@@ -62,7 +72,19 @@ class Tuning:
                 self._points[name] = [_values(fit.templates, specs), *known[:KEPT_POINTS]]
             else:
                 self._points.setdefault(name, [_values(fit.templates, specs)])
-        return self.likelihood.evaluate(names, Templates()) if fit is None else fit
+        if fit is None:
+            return self.likelihood.evaluate(names, Templates())
+        return max([fit, *self._beside_refined(names)], key=lambda f: f.loglik)
+
+    def _beside_refined(self, names: frozenset[str]) -> list[Fit]:
+        """A further shape over its grid in the refined model without it: shapes of one effect share a valley."""
+        found = []
+        for effect in (self.effects[n] for n in names if isinstance(self.effects[n], Shape)):
+            smaller = names - {effect.name}
+            if smaller in self._refined and len(effect.templates) == 1:
+                (spec,) = effect.templates
+                found += [self._at(names, self._refined[smaller], {spec.field: value}) for value in spec.grid]
+        return found
 
     def _tried_points(self, templates: Templates, names: frozenset[str], name: str) -> list[Fit]:
         """An effect at the points of its grid; in a larger model only at those that were best when it came alone."""
@@ -95,10 +117,11 @@ class Tuning:
         return self.likelihood.evaluate(names, templates)
 
     def refined(self, fit: Fit) -> Fit:
-        """Every searched parameter of a fit between the points of its grid, each twice where there are several."""
+        """Every searched parameter of a fit between the points of its grid, twice at least where there are some."""
         specs = self.specs(fit.names)
         in_vain: dict[str, Fit] = {}
-        for _ in range(1 if len(specs) < 2 else 2):
+        for number in range(1 if len(specs) < 2 else MOST_ROUNDS):
+            before = fit.loglik
             for spec in (s for s in specs if in_vain.get(s.field) is not fit):
                 refined = self._refine_one(fit, spec)
                 threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
@@ -106,6 +129,8 @@ class Tuning:
                     fit = refined
                 else:
                     in_vain[spec.field] = fit
+            if number > 0 and fit.loglik - before < FAR_FROM_TOP:
+                break
         for spec in (s for s in specs if s.gaps):
             fit = self._at_mean_instant(fit, spec)
         return fit
@@ -130,10 +155,7 @@ class Tuning:
         centre = fit.templates.get(spec.field, spec.default)
         if spec.optional:
             centre = max(((evaluate(v).loglik, v) for v in spec.grid), default=(0.0, centre))[1]
-        below = [g for g in spec.grid if g < centre * (1 - 1e-3)]
-        above = [g for g in spec.grid if g > centre * (1 + 1e-3)]
-        low = max(spec.lower, max(below, default=centre - 2 * spec.plausible))
-        high = min(spec.upper, min(above, default=centre + 2 * spec.plausible))
+        low, high = _between(spec, centre)
         if high <= low:
             return fit
         within = (high - low) * REFINED_TO
@@ -147,6 +169,19 @@ class Tuning:
         if spec.optional and 2 * (evaluate(best).loglik - fit.loglik) < HOPELESS * np.log(self.likelihood.samples):
             return fit
         return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, best), kept=fit.rank)
+
+
+def _between(spec: TemplateSpec, centre: float) -> tuple[float, float]:
+    """The neighbours on the grid of a searched parameter (or its plausible distance), none of them right beside it.
+
+    What a first round left at the end of its way may go on in the next.
+    """
+    apart = (BESIDE * (b - a) for a, b in itertools.pairwise(spec.grid) if a <= centre <= b)
+    beside = max(1e-3 * abs(centre), min(apart, default=0.0))
+    below = [g for g in spec.grid if g < centre - beside]
+    above = [g for g in spec.grid if g > centre + beside]
+    low = max(spec.lower, max(below, default=centre - 2 * spec.plausible))
+    return low, min(spec.upper, min(above, default=centre + 2 * spec.plausible))
 
 
 def _as_it_stood(fit: Fit | None, specs: Sequence[TemplateSpec]) -> list[Fit]:

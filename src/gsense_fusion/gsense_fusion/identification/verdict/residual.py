@@ -15,6 +15,7 @@ from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
 from gsense_fusion.identification.motion.phasors import turning
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray, IntArray
+from gsense_fusion.identification.verdict.steady_orders import without_high_orders
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
 LOWEST_COHERENT_HZ = 5.0
@@ -22,6 +23,8 @@ MIN_COHERENT_BINS = 40
 MODEL_ABOVE_HZ = 20.0
 ORDER_BINS = 2.5
 """Bins to either side that an order may reach."""
+NARROW = 0.25
+"""Of an order: what whole orders may reach to be told from what is between them."""
 WIDEST_FOLDED = 0.125
 """Of an order: what folded orders may reach, so that half of the bins are left; the kicks of a slow drive are weak."""
 FOLDED_FROM = 0.25
@@ -71,16 +74,29 @@ class WindowResidual:
         """Bins that no order of the drive can reach (half-orders to 10, whole ones beyond, folded ones), shape (m,)."""
         return self._away
 
+    def between_orders(self, series: FloatArray) -> FloatArray:
+        """The window's part of some series (n, c) without the high orders that `away_from_orders` leaves out."""
+        w = self.angular_frequency
+        width = 1.0 if w is None else self._order_width(w)
+        if w is None or width >= NARROW:
+            return series
+        reached = 1.0 - FOLDED_FROM if width < WIDEST_FOLDED else USED_BAND
+        return without_high_orders(series, w, self.data.run.rate_hz, reached)
+
+    def _order_width(self, w: float) -> float:
+        """What an order may reach to either side, in orders of the drive in rad/s."""
+        return ORDER_BINS * self.resolution_hz * 2 * np.pi / w
+
     @cached_property
     def _away(self) -> BoolArray:
         w = self.angular_frequency
         if w is None:
             return np.ones(len(self.frequency), dtype=bool)
         order = self.frequency * 2 * np.pi / w
-        width = ORDER_BINS * self.resolution_hz * 2 * np.pi / w
+        width = self._order_width(w)
         from_half = np.abs(order - np.maximum(np.rint(2 * order), 1.0) / 2)
         keep = (from_half > width) | (order > HALF_ORDERS[-1] + width)
-        if width < 0.25:  # a slow drive's orders lie so close that leaving them out would leave nothing
+        if width < NARROW:  # a slow drive's orders lie so close that leaving them out would leave nothing
             keep &= np.abs(order - np.maximum(np.rint(order), 1.0)) > width
         if width < WIDEST_FOLDED:  # the kicks of reversals reach beyond half the sample rate and fold down
             image = (self.data.run.rate_hz - self.frequency) * 2 * np.pi / w
@@ -102,10 +118,12 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
                 continue
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             cut = slice(window.start, window.stop)
-            rows = project_out_slow(whiten((data.run.angular_rate - model)[cut, :, None], bins), bins)
-            result = WindowResidual(data, window, bins, rows[:, :, 0].reshape(2, -1, 3))
+            result = WindowResidual(data, window, bins, np.zeros((2, len(bins.frequency), 3)))
+            left = result.between_orders((data.run.angular_rate - model)[cut])
+            rows = project_out_slow(whiten(left[:, :, None], bins), bins)
+            result = replace(result, spectrum=rows[:, :, 0].reshape(2, -1, 3))
             if force is not None and feels:
-                extra = _beyond_the_drive(result, data.run.specific_force - force, model)
+                extra = _beyond_the_drive(result, (data.run.specific_force - force)[cut], model[cut])
                 result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
                 felt.append((len(out), extra))
             out.append(result)
@@ -126,10 +144,10 @@ class _Extra:
 
 
 def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> _Extra:
-    cut = slice(residual.window.start, residual.window.stop)
     keep, away = residual.bins.keep, residual.away_from_orders()[:, None]
     above = (residual.frequency > MODEL_ABOVE_HZ)[:, None]
-    return _Extra(np.fft.rfft(felt[cut], axis=0)[keep] * away, np.fft.rfft(model[cut], axis=0)[keep] * away * above)
+    felt = residual.between_orders(felt)
+    return _Extra(np.fft.rfft(felt, axis=0)[keep] * away, np.fft.rfft(model, axis=0)[keep] * away * above)
 
 
 def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> FloatArray:

@@ -104,7 +104,7 @@ def find_symptoms(
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, still, alpha)
         found += _bands(moving, still, alpha)
-        found += _uneven(likelihood, moving, alpha)
+        found += _uneven(likelihood, fit, moving, alpha)
     found += _intensity(likelihood, fit, SLOW_SHARE * alpha, level)
     found += _courses(likelihood, fit, SLOW_SHARE * alpha)
     found += _drift(likelihood, fit, alpha)
@@ -198,9 +198,9 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
     return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
 
 
-def _uneven(likelihood: Likelihood, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
+def _uneven(likelihood: Likelihood, fit: Fit, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     """Noise in one run, at one place, or where the carriage is accelerated."""
-    sure = [x for x in uneven_noise(likelihood, moving) if x.p_value < alpha / KINDS]
+    sure = [x for x in uneven_noise(likelihood, fit, moving) if x.p_value < alpha / KINDS]
     return [Symptom("uneven", (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
 
 

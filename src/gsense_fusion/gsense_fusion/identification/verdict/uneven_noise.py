@@ -15,11 +15,11 @@ import numpy as np
 from scipy.stats import f as fisher
 from scipy.stats import norm
 
-from gsense_fusion.identification.effects.base import Templates
-from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.effects.base import Effect, Templates
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.types import BoolArray, FloatArray
 from gsense_fusion.identification.verdict.fast_part import LOWEST_HZ, away_above, fast_part, in_blocks
-from gsense_fusion.identification.verdict.residual import WindowResidual
+from gsense_fusion.identification.verdict.residual import FOLDED_FROM, WindowResidual
 
 BAND = 1.26
 """Width of a narrow band: a third of an octave."""
@@ -65,9 +65,10 @@ class Blocks:
     """Cube root of the power over the window's mean: nearly normal (Wilson and Hilferty, 1931), shape (b, 3)."""
 
 
-def uneven_noise(likelihood: Likelihood, moving: Sequence[WindowResidual]) -> list[Uneven]:
-    """The most significant of each kind, `KINDS` at most."""
-    rows = [_blocks(likelihood, w) for w in moving]
+def uneven_noise(likelihood: Likelihood, fit: Fit, moving: Sequence[WindowResidual]) -> list[Uneven]:
+    """The most significant of each kind in the residual of a fit, `KINDS` at most."""
+    highest_hz = _not_folded(likelihood, fit)
+    rows = [_blocks(likelihood, w, highest_hz) for w in moving]
     found = [narrow_band(moving)]
     if rows:
         found += [one_place(rows, moving[0]), where_accelerated(rows, moving[0])]
@@ -151,12 +152,22 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
     return Uneven(min(1.0, p), axis, rms, "more noise where the carriage is accelerated")
 
 
-def _blocks(likelihood: Likelihood, window: WindowResidual) -> Blocks:
+def _not_folded(likelihood: Likelihood, fit: Fit) -> float:
+    """Up to where the felt force says what a kick makes of the gyro, Hz.
+
+    What folds from above half the sample rate does so alike in G f. What answers to the force's rate of change gives
+    it another weight than what is felt at the frequency that it folds to, and the one cannot be taken off by the other.
+    """
+    answers = any(e.name in fit.names and type(e).vibration is not Effect.vibration for e in likelihood.effects)
+    return FOLDED_FROM * likelihood.campaign.rate_hz if answers else np.inf
+
+
+def _blocks(likelihood: Likelihood, window: WindowResidual, highest_hz: float) -> Blocks:
     length = max(2, round(BLOCK_S * window.data.run.rate_hz))
     kin = likelihood.source.of(window.data, Templates()).kinematics
     cut = slice(window.window.start, window.window.stop)
     position, square = in_blocks(np.column_stack([kin.position[cut], kin.acceleration[cut] ** 2]), length).T
-    power = in_blocks(fast_part(window) ** 2, length)
+    power = in_blocks(fast_part(window, highest_hz) ** 2, length)
     middle = float(position.min() + position.max()) / 2
     root = np.cbrt(power / np.maximum(power.mean(axis=0), 1e-30))
     return Blocks(position, 2 * middle - position, square - square.mean(), root)

@@ -1,0 +1,42 @@
+"""High orders of the drive that a window of any length would let leak into the bins between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from gsense_fusion.identification.verdict.steady_orders import without_high_orders
+
+RATE_HZ, SAMPLES = 200.0, 7260
+W = 8.0
+
+
+def _sine(order: int) -> np.ndarray:
+    return np.asarray(np.cos(order * W / RATE_HZ * np.arange(SAMPLES) + 0.7))
+
+
+@pytest.mark.parametrize("order", [30, 60, 112])
+def test_a_line_and_what_folds_of_it_goes_with_its_leakage(order: int) -> None:
+    noise = np.random.default_rng(3).standard_normal(SAMPLES)
+    series = np.stack([noise + 30.0 * _sine(order), noise], axis=1)
+    left = without_high_orders(series, W, RATE_HZ, 0.75)
+    assert np.abs(left[:, 0] - left[:, 1]).max() < 1e-6
+
+
+def test_what_is_fitted_and_what_lies_between_stays() -> None:
+    between = np.cos(60.5 * W / RATE_HZ * np.arange(SAMPLES))
+    series = np.stack([_sine(3), between], axis=1)
+    left = without_high_orders(series, W, RATE_HZ, 0.75)
+    assert np.sum((left - series) ** 2) < 1e-3 * np.sum(series**2)
+
+
+def test_noise_loses_no_more_than_the_orders_degrees() -> None:
+    series = np.random.default_rng(4).standard_normal((SAMPLES, 3))
+    left = without_high_orders(series, W, RATE_HZ, 0.75)
+    orders = int(150.0 / (W / 2 / np.pi)) - int(25.0 / (W / 2 / np.pi))
+    assert np.mean(left**2) / np.mean(series**2) == pytest.approx(1.0 - 2.0 * orders / SAMPLES, abs=0.01)
+
+
+def test_a_window_too_short_for_its_orders_is_left_as_it_is() -> None:
+    series = np.random.default_rng(5).standard_normal((400, 3))
+    assert without_high_orders(series, 0.5, RATE_HZ, 0.75) is series
