@@ -30,12 +30,12 @@ def test_some_in_this_process(material: Material, tmp_path: Path) -> None:
     assert faults(material, tmp_path, range(20)) == []
 
 
-@pytest.mark.parametrize(("seed", "number"), [(1, 513), (9, 32), (9, 55), (9, 173), (9, 262)])
+@pytest.mark.parametrize(("seed", "number"), [(1, 513), (9, 32), (9, 55), (9, 173), (9, 262), (10, 760)])
 def test_what_was_once_answered_wrongly(material: Material, tmp_path: Path, seed: int, number: int) -> None:
     """Of `./rig bench malformed`.
 
     513: a rest so short that no ordinate lies below the noise's shape. 32, 262: forces and positions of 1e308. 55:
-    metadata that names a packed file as the bag. 173: a schema of a thousand letters.
+    metadata that names a packed file as the bag. 173: a schema of a thousand letters. 760: a null character in a path.
     """
     assert run_case(number, seed, material, tmp_path / "case").faults == []
 

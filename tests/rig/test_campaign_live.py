@@ -194,12 +194,13 @@ def test_refuses_a_folder_of_something_else(tmp_path: Path) -> None:
 
 def test_a_run_that_lost_samples_is_made_again_and_at_last_stops(tmp_path: Path) -> None:
     crew = FakeCrew(tmp_path / "log")
-    bad, unkept, good = (
+    bad, unkept, broken, good = (
         RunOutcome(20, 590, 10, 0, 1e-4),
         RunOutcome(20, 600, 0, 7, 1e-4),
+        RunOutcome(20, 600, 0, 0, 1e-4, "the board started anew in mid-run"),
         RunOutcome(20, 600, 0, 0, 1e-4),
     )
-    crew.outcomes = [bad, unkept, good, good, bad, bad, bad]
+    crew.outcomes = [bad, unkept, good, broken, good, bad, bad, bad]
     with pytest.raises(CampaignError, match="run_02: the link lost 10 of 600 frames, in each of 3 attempts"):
         campaign(tmp_path / "out", crew)
     assert [run["state"] for run in index_of(tmp_path / "out")] == ["done", "done", "pending", "pending", "pending"]

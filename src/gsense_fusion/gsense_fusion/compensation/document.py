@@ -41,9 +41,9 @@ class Section:
     def text(self, key: str) -> str:
         """A text that is not empty."""
         value = self._get(key)
-        if not isinstance(value, str) or not value:
+        if not _is_text(value):
             raise ValueError(f"{self.path}{key}: a text is needed, not {_short(value)}")
-        return value
+        return str(value)
 
     def optional_text(self, key: str) -> str | None:
         """A text, or None where the key is null or absent."""
@@ -53,7 +53,7 @@ class Section:
         """A text, or a list of texts."""
         value = self._get(key)
         found = value if isinstance(value, list) else [value]
-        if not found or not all(isinstance(v, str) and v for v in found):
+        if not found or not all(_is_text(v) for v in found):
             raise ValueError(f"{self.path}{key}: a text or a list of texts is needed, not {_short(value)}")
         return tuple(found)
 
@@ -126,6 +126,11 @@ def _vector(value: Any, where: str) -> Vector:
     if not isinstance(value, list) or len(value) != 3:
         raise ValueError(f"{where}: three numbers are needed, not {_short(value)}")
     return (_number(value[0], where), _number(value[1], where), _number(value[2], where))
+
+
+def _is_text(value: Any) -> bool:
+    """Whether it is one that is not empty, and can be a path, without the null character that an escape can make."""
+    return isinstance(value, str) and bool(value) and "\0" not in value
 
 
 def _short(value: Any) -> str:

@@ -27,6 +27,8 @@ class RunOutcome:
     """Messages that the recorder could not keep."""
     rms_error: float | None
     """Tracking error of the motion, m; None for a rest."""
+    interrupted: str = ""
+    """Why the samples are not of one piece, where no count of lost frames says so; empty: they are."""
 
     @property
     def loss(self) -> float:

@@ -177,13 +177,15 @@ class LiveCampaign:
         return index
 
     def _make(self, index: Index, number: int, show: Show) -> RunOutcome:
-        """One run, again where the link or the recorder lost too much; its bag is in the hidden folder."""
+        """One run, again where link, board or recorder lost too much; its bag is in the hidden folder."""
         entry, problem = index.runs[number], ""
         for _ in range(self._limits.attempts):
             bag = self._work(entry.bag)
             outcome = self._crew.make_run(entry.plan, bag, show)
             if outcome.loss > self._limits.loss:
                 problem = f"the link lost {outcome.lost} of {outcome.frames + outcome.lost} frames"
+            elif outcome.interrupted:
+                problem = outcome.interrupted
             elif outcome.unkept:
                 problem = f"the recorder could not keep {outcome.unkept} messages"
             else:

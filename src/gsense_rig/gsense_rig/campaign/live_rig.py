@@ -182,7 +182,7 @@ class LiveRig:
         frames, lost = _since(before, after, "received"), _since(before, after, "lost")
         if not frames or after.received < before.received:
             raise CampaignError("the bridge was restarted during the run; the same command makes it again")
-        return RunOutcome(sum(summary.counts.values()), frames, lost, unkept, error)
+        return RunOutcome(sum(summary.counts.values()), frames, lost, unkept, error, _interruption(before, after))
 
     def _begin_recording(self, bag: Path) -> RecorderNode:
         """A recorder that hears all that a run needs."""
@@ -284,6 +284,15 @@ class LiveRig:
 
     def _on_state(self, message: Any) -> None:
         self._state = message
+
+
+def _interruption(before: Any, after: Any) -> str:
+    """What stays uncounted: frames that a board without power never sent, and those after the last one that came."""
+    if _since(before, after, "restarts"):
+        return "the board started anew in mid-run"
+    if after.rate_hz < 0.5 * before.rate_hz:
+        return f"frames came at {before.rate_hz:.0f} Hz when the run began and at {after.rate_hz:.0f} Hz at its end"
+    return ""
 
 
 def _since(before: Any, after: Any, name: str) -> int:
