@@ -107,10 +107,7 @@ def calibrate_gyro(
     p_permutation = permutation_p_value(likelihood, fits["none"], earth_known=site is not None)
     real = significant(a, "g_sensitivity") and (p_permutation is None or p_permutation < SIGNIFICANCE)
     chosen = variant if real else "none"
-    plain = likelihood.evaluate(frozenset(), full.templates)
-    ladder = fits | {"before": plain}
-    folds = make_folds(a.campaign, a.likelihood.source, likelihood.effects, a.noise, ladder, lambda _text: None)
-    held = {name: _held_out(folds, name) for name in ("before", *fits)}
+    held, floor = _judged(a, likelihood, fits)
     earth_unknown = site is None and not any(w.moving for r in a.campaign.fit for w in r.windows)
     turning = frozenset({"earth_vertical"} if earth_unknown else ())
     k_fit = _fit(likelihood, VARIANTS["k"] | claimed | turning, full)
@@ -126,9 +123,7 @@ def calibrate_gyro(
         p_value=a.selection.p_value(full, "g_sensitivity"),
         permutation_p_value=p_permutation,
         held_out={**held, "after": held[chosen]},
-        pose_floor=None
-        if held["before"].pose is None
-        else pose_floor(folds, a.noise, a.likelihood.drift_at_rest(full)),
+        pose_floor=floor,
         file=_file(compensation(result), likelihood, k_fit if chosen == "k" else fits[chosen], chosen, bias),
         notes=result.notes + result.undecided,
     )
@@ -144,6 +139,19 @@ def _variants(a: Analysis) -> tuple[Likelihood, frozenset[str], dict[str, Fit]]:
     claimed = frozenset(e.name for e in others if "g_sensitivity" not in e.needs)
     fits = {name: _fit(likelihood, part | (claimed - _doubled(part)), full) for name, part in VARIANTS.items()}
     return likelihood, claimed, fits
+
+
+def _judged(
+    a: Analysis, likelihood: Likelihood, fits: Mapping[str, Fit]
+) -> tuple[dict[str, HeldOutError], float | None]:
+    """Held-out errors before and after each variant, and what noise and drift alone would leave of still poses."""
+    full = a.claims.full
+    ladder = {**fits, "before": _fit(likelihood, frozenset(), full)}
+    folds = make_folds(a.campaign, a.likelihood.source, likelihood.effects, a.noise, ladder, lambda _text: None)
+    held = {name: _held_out(folds, name) for name in ("before", *fits)}
+    if held["before"].pose is None:
+        return held, None
+    return held, pose_floor(folds, a.noise, a.likelihood.drift_at_rest(full))
 
 
 def _matrix_estimate(a: Analysis, earth_unknown: bool) -> Estimate:
