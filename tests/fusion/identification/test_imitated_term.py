@@ -7,10 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tests.study.simulator import Disturbance
 
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.search.selection import Selection
+
+from .sessions import G, analysed, names
 
 NAMES = ("g_sensitivity", "friction_pickup", "friction_pickup_inertia", "viscous_tilt", "speed_pickup")
 UPRIGHT = (0.06, 0.05, 0.997)
@@ -73,3 +76,15 @@ def test_a_further_term_is_tried_in_the_place_of_another_effect() -> None:
     selection = Selection(Recording(UPRIGHT, 2.0, 0.0), frozenset({"g_sensitivity"}))  # type: ignore[arg-type]
     caught = frozenset({"g_sensitivity", "friction_pickup", "viscous_tilt"})
     assert caught - {"viscous_tilt"} | {"friction_pickup_inertia"} in list(selection._neighbours(caught))
+
+
+@pytest.mark.slow
+def test_in_one_mounting_g_is_as_unsure_as_the_current_that_accelerates() -> None:
+    """Of a picked-up current of 2e-4 (rad/s)/N the inertia's part, some newtons at the top, is in G."""
+    result = analysed(Disturbance("motor_pickup", 2e-4))
+    assert names(result) == ["friction_pickup"]
+    found = result.declared_parameters["g_sensitivity"]
+    error = np.array([found[f"g_{x}x"].value - G[i][0] for i, x in enumerate("xyz")])
+    stderr = np.array([found[f"g_{x}x"].stderr for x in "xyz"])
+    assert np.linalg.norm(error) > 1e-4
+    assert np.abs(error / stderr).max() < 3.0

@@ -10,23 +10,23 @@ from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.errors.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.outcome.precision import rounding_variance
+from gsense_fusion.identification.outcome.precision import current_variance, rounding_variance
 from gsense_fusion.identification.search.interval import searched
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 from gsense_fusion.identification.verdict.left_out import survives
 
 
 def effect_parameters(
-    likelihood: Likelihood, fit: Fit, effect: Effect, rounded: FloatArray | None = None
+    likelihood: Likelihood, fit: Fit, effect: Effect, more: FloatArray | None = None
 ) -> dict[str, Parameter]:
     """Linear parameters with their errors (those of the effect's further terms too), then the searched ones.
 
-    `rounded`: what a coarse step adds to the variance of each column's coefficient, shape (P,).
+    `more`: what else adds to the variance of each column's coefficient, shape (P,).
     """
     out = {}
     parts = parts_of(likelihood.effects, effect.name, fit.names)
     errors, added = searched(likelihood, fit, effect)
-    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added) + (0.0 if rounded is None else rounded)
+    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added) + (0.0 if more is None else more)
     for part in parts:
         first = likelihood.columns.start[part.name]
         for i, parameter in enumerate(part.parameters):
@@ -57,7 +57,8 @@ def declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
             values, errors = newest_bias(a, full), _bias_stderr(a, full)
             out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
         elif name in a.selection.effects:
-            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name], rounding_variance(a))
+            added = rounding_variance(a) + current_variance(a)
+            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name], added)
             doubt = not significant(a, name)
             out[name] = {n: replace(p, in_doubt=doubt) for n, p in parameters.items()}
     return out

@@ -6,6 +6,7 @@ import numpy as np
 
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect, parts_of
+from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.noise.spectrum import periodogram
 from gsense_fusion.identification.result import Covariance
@@ -55,6 +56,26 @@ def rounding_variance(a: Analysis) -> FloatArray:
             like = np.zeros(len(out))
             like[first + 3 * axis : first + 3 * axis + 3] = data.mounting.along
             out += (full.covariance @ (gram.xx @ like) * a.rounded.follows[axis] / amplitude) ** 2
+    return out
+
+
+def current_variance(a: Analysis) -> FloatArray:
+    """What a motor's current, where it is picked up, adds to the variance of G in one mounting, shape (P,).
+
+    The part of it that accelerates the carriage follows the acceleration as G f does, in the direction of the part that
+    overcomes friction: how much of it is in G is known from what is plausible alone.
+    """
+    full, moving = a.claims.full, [r for r in a.campaign.fit if any(w.moving for w in r.windows)]
+    out = np.zeros(len(full.beta))
+    mountings = {r.mounting_number: r.mounting.along for r in moving if r.mounting is not None}
+    (along, *others) = mountings.values() if mountings else (None,)
+    undecided = FrictionPickup.name in full.names and InertiaPickup.name not in full.names and not others
+    if not undecided or along is None or "g_sensitivity" not in full.names:
+        return out
+    friction = full.beta[a.likelihood.columns.index(frozenset({FrictionPickup.name}))]
+    (inertia,) = InertiaPickup.templates
+    first = a.likelihood.columns.start["g_sensitivity"]
+    out[first : first + 9] = np.outer(friction * inertia.plausible, along).ravel() ** 2
     return out
 
 
