@@ -8,7 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from gsense_fusion.identification.verdict.residual import WindowResidual, _Extra, without_coherent
+from gsense_fusion.identification.verdict.coherent import Extra, without_coherent
+from gsense_fusion.identification.verdict.residual import WindowResidual
 
 FREQUENCY = np.arange(40.0, 60.0, 0.03)
 WHOLE = (FREQUENCY > 42.0) & (FREQUENCY < 58.0)
@@ -39,8 +40,8 @@ def _session(of_the_rig: float, felt_noise: float, seed: int) -> list[WindowResi
             response = of_the_rig * np.outer(shaken[:, 0], [0.0, 1.0, 1.0]) @ turn
             felt = shaken @ turn + _noise(rng, felt_noise)
             windows.append(_window(_noise(rng) + response, mounting, moving))
-            extras.append(_Extra(felt, np.zeros_like(felt)))
-    return without_coherent(windows, cast("list[_Extra]", extras))
+            extras.append(Extra(felt, np.zeros_like(felt)))
+    return without_coherent(windows, cast("list[Extra]", extras))
 
 
 def _mean(windows: list[WindowResidual], moving: bool) -> np.ndarray:

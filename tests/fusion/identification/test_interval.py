@@ -37,6 +37,17 @@ def test_a_parabola_has_its_own_width(sigma: float) -> None:
     )
 
 
+def test_a_parabola_is_measured_in_three_values_a_side() -> None:
+    looked: list[float] = []
+
+    def profile(t: float) -> float:
+        looked.append(t)
+        return -0.5 * ((t - 700.0) / 0.7) ** 2
+
+    template_stderr(*_profile(profile, 700.0), SPEC)
+    assert len(looked) <= 1 + 2 * 3
+
+
 def test_an_instant_between_two_runs() -> None:
     """Nothing was recorded from 645 to 815 s; half a second of the second run fits by a hair better."""
 

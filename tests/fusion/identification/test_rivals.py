@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from gsense_fusion.identification.effects import REGRESSED
+from gsense_fusion.identification.search import tuning
 from gsense_fusion.identification.search.selection import Candidate, Selection
 
 NAMES = ("g_resonance", "belt_tilt", "jerk_coupling", "speed_pickup")
@@ -49,6 +50,23 @@ def test_the_bend_of_a_rail_costs_what_a_refinement_does_and_a_swap_brings_it() 
     assert selection._bought_rank(SimpleNamespace(names=swapped, rank=6)) == 3  # type: ignore[arg-type]
     alone = SimpleNamespace(names=frozenset({"rail_curvature"}), rank=6)
     assert selection._bought_rank(alone) == 0  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("pitches", "tried"), [((0.005,), True), ((), False)])
+def test_a_ripple_that_the_residual_shows_nowhere_is_not_tried(
+    monkeypatch: pytest.MonkeyPatch, pitches: tuple[float, ...], tried: bool
+) -> None:
+    """The residual is that of the model without the ripple and its parts, whichever of them are tried."""
+    beside: list[frozenset[str]] = []
+    monkeypatch.setattr(tuning, "screened", lambda _field, _likelihood, fit: beside.append(fit.names) or pitches)
+    effects = [e for e in REGRESSED if e.name in ("speed_pickup", "belt_tooth", "belt_tooth_angle")]
+    selection = Selection(SimpleNamespace(effects=effects), frozenset())  # type: ignore[arg-type]
+    fit: Any = SimpleNamespace(names=frozenset({"speed_pickup"}))
+    selection._memory = {n: Candidate(SimpleNamespace(names=n), 0.0) for n in (fit.names, frozenset())}  # type: ignore[arg-type]
+    found = list(selection._neighbours(fit.names))
+    assert any("belt_tooth" in names for names in found) == tried
+    assert fit.names | {"belt_tooth"} in found or not tried
+    assert beside == [fit.names, frozenset()]
 
 
 @pytest.mark.parametrize(("on_grid", "looked_at"), [(2750.0, True), (2500.0, False)])

@@ -39,7 +39,7 @@ def likelihood() -> Likelihood:
 @pytest.mark.parametrize("templates", [Templates(), TEMPLATES], ids=["default", "searched"])
 def test_grams_are_those_of_the_whitened_columns(likelihood: Likelihood, templates: Templates) -> None:
     assert {e.name for e in likelihood.effects} == set(MODEL)
-    for gram, data in zip(likelihood.fast.grams(templates), likelihood.campaign.fit, strict=True):
+    for gram, data in zip(likelihood.fast.grams(templates, frozenset(MODEL)), likelihood.campaign.fit, strict=True):
         X = design(likelihood.effects, likelihood.source, data, templates)
         both = np.concatenate([X, data.run.angular_rate[:, :, None]], axis=2)
         full = np.zeros((both.shape[2],) * 2)

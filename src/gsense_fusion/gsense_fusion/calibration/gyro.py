@@ -183,7 +183,7 @@ def session_bias(likelihood: Likelihood, fit: Fit) -> Estimate:
     """
     blocks = likelihood.blocks
     newest = int(np.argmax(np.unique(blocks.session)))
-    X = likelihood.block_columns(fit.templates)
+    X = likelihood.block_columns(fit.templates, fit.names)
     inside = blocks.session == np.unique(blocks.session)[newest]
     mean = np.where(inside, blocks.duration, 0.0) / blocks.duration[inside].sum()
     value, stderr = np.zeros(3), np.full(3, np.nan)

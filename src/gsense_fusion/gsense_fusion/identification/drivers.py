@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -33,7 +34,7 @@ class DriverSource:
         """Take the campaign whose runs' drivers are wanted, and the gyro's filter where it is known."""
         self._response = response
         n = len(campaign.runs)
-        self._cached = kept(2 * n, self._make)
+        self._driven = kept(2 * n, self._make)
         self._moved = kept(4 * n, self._shifted)
         self._forced = kept(4 * n, self._rail_force)
         # what is not shifted is wanted again and again, however many delays are tried
@@ -53,21 +54,19 @@ class DriverSource:
 
     def of(self, data: RunData, templates: Templates) -> Drivers:
         """Drivers on the run's whole grid."""
-        return self._cached(data, templates)
+        return replace(self._driven(data, templates.gyro_delay_s, templates.temperature_lag_s), templates=templates)
 
-    def _make(self, data: RunData, templates: Templates) -> Drivers:
-        delay = templates.gyro_delay_s
+    def _make(self, data: RunData, delay: float, temperature_lag_s: float) -> Drivers:
         force = self._force(data, delay)
         ringing = self._ringing_of(data, delay)
         return Drivers(
             kinematics=self._kinematics(data, delay),
             mounting=data.mounting,
             force=force,
-            temperature=self._temperature(data, templates.temperature_lag_s),
+            temperature=self._temperature(data, temperature_lag_s),
             time=data.run.time,
             supply=None if data.run.supply is None else data.run.supply - (self.supply_reference or 0.0),
             response=self._response,
-            templates=templates,
             ringing=None if ringing is None else ringing[:2],
             first_axis=self._first_axis,
         )

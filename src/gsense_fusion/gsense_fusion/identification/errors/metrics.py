@@ -19,6 +19,8 @@ from gsense_fusion.identification.types import FloatArray, Owner
 RATE_BAND_HZ = 5.0
 MIN_STILL_STRETCHES = 6
 
+SHOWN = ("raw", "declared", "full")
+"""Models whose errors are shown side by side."""
 NOT_RIG = frozenset({Owner.SENSOR, Owner.MOUNT, Owner.CHAIN})
 
 
@@ -174,7 +176,7 @@ def attitude_rms(traces: Sequence[AttitudeTrace], kind: str) -> Rms | None:
     """Pooled root mean squares of `gyro_only` or `madgwick`, rad."""
     if not traces:
         return None
-    pooled = {m: np.concatenate([getattr(t, kind)[m] for t in traces]) for m in ("raw", "declared", "full")}
+    pooled = {m: np.concatenate([getattr(t, kind)[m] for t in traces]) for m in SHOWN}
     values = {m: float(np.sqrt(np.mean(v**2))) for m, v in pooled.items()}
     return Rms(values["raw"], values["declared"], values["full"])
 
@@ -185,8 +187,8 @@ def _trace(fold: Held, data: RunData) -> AttitudeTrace:
     start = _mean_without_drive(data, run.specific_force)
     up0 = start / np.linalg.norm(start)
     gyro, madgwick = {}, {}
-    for label, model in fold.models.items():
-        rate = run.angular_rate - fold.predictor.rate(data, model, NOT_RIG)
+    for label in SHOWN:
+        rate = run.angular_rate - fold.predictor.rate(data, fold.models[label], NOT_RIG)
         rate = rate - _mean_without_drive(data, rate)
         # first order: without a turn of more than a few degrees the vertical moves by -theta x up
         theta = np.concatenate([np.zeros((1, 3)), np.cumsum((rate[1:] + rate[:-1]) / 2, axis=0)]) / run.rate_hz

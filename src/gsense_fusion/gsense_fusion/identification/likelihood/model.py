@@ -142,9 +142,12 @@ class Likelihood:
         moves = any(w.moving for r in campaign.fit for w in r.windows)
         self.samples = (sum(len(r.run) for r in campaign.fit) if moves else len(self.blocks)) * len(noise)
 
-    def block_columns(self, templates: Templates) -> FloatArray:
-        """Design of the blocks, shape (b, 3, P)."""
-        return np.concatenate([self.fast.block_means(e, templates) for e in self.effects], axis=2)
+    def block_columns(self, templates: Templates, names: frozenset[str] | None = None) -> FloatArray:
+        """Design of the blocks, shape (b, 3, P); zero beside the columns of `names` (of all where None)."""
+        names = frozenset(self.columns.start) if names is None else names
+        out = np.zeros((len(self.blocks), 3, self.columns.total))
+        out[:, :, self.columns.index(names)] = self._block_part(names, templates)
+        return out
 
     def _block_part(self, names: frozenset[str], templates: Templates) -> FloatArray:
         """Design of the blocks for the columns of some effects, in their order, shape (b, 3, k)."""
@@ -161,7 +164,7 @@ class Likelihood:
         if still.sum() < MIN_REST_BLOCKS or still.all():
             return dict(fit.drift)
         blocks = self.blocks.part(still)
-        residual = (self.blocks.rate - self.block_columns(fit.templates) @ fit.beta)[still]
+        residual = (self.blocks.rate - self.block_columns(fit.templates, fit.names) @ fit.beta)[still]
         slow = {axis: SlowNoise(blocks, model.white_psd) for axis, model in self.slow.items()}
         X = self._block_part(fit.names, fit.templates)[still]
         return estimate_drifts(slow, residual, self._plausible_sizes(fit.names, X))
@@ -229,7 +232,7 @@ class Likelihood:
 
     def _posed(self, names: frozenset[str], templates: Templates, drift: Mapping[int, Drift]) -> _Posed:
         index = self.columns.index(names)
-        fast = {m: g.part(index) for m, g in self.fast.mounting_grams(templates, names).items()}
+        fast = self.fast.mounting_grams(templates, names)
         felt = tuple(g.part(index) for g in self.felt.grams(names, templates).values())
         slow = self._slow_part(self._block_part(names, templates), drift)
         return _Posed(names, templates, drift, index, fast, felt, slow)
@@ -259,7 +262,8 @@ class Likelihood:
     def moving_loglik(self, fit: Fit) -> float:
         """Log-likelihood of the moving windows alone at a fit's parameters: no drift reaches into it."""
         grams = self.fast.mounting_grams(fit.templates, fit.names)
-        return sum(self._loglik(gram, fit.beta_in(mounting)) for mounting, gram in grams.items())
+        index = self.columns.index(fit.names)
+        return sum(self._loglik(gram, fit.beta_in(mounting)[index]) for mounting, gram in grams.items())
 
     def _all(self, part: FloatArray, index: IntArray) -> FloatArray:
         """Coefficients (k,) among all columns, zero elsewhere, shape (P,)."""

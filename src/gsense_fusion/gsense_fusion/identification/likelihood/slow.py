@@ -110,6 +110,7 @@ class SlowNoise:
         self.walk = same * np.minimum(start[:, None], start[None])
         self.sessions = np.stack([blocks.session == s for s in np.unique(blocks.session)], axis=1).astype(float)
         self.white_psd = white_psd
+        self._triangle = np.tri(len(blocks)) - 0.5 * np.eye(len(blocks))
         self.factor = kept(256, self._factor)
         self._projected = kept(64, self._projection)
 
@@ -120,7 +121,8 @@ class SlowNoise:
     def _factor(self, drift: Drift) -> tuple[FloatArray, bool]:
         """Cholesky factor of the covariance; `factor` remembers the last ones."""
         K = self.covariance(drift)
-        return cho_factor(K + np.eye(len(K)) * 1e-12 * np.trace(K) / len(K), lower=True)
+        K.flat[:: len(K) + 1] *= 1.0 + 1e-12
+        return cho_factor(K, lower=True, overwrite_a=True, check_finite=False)
 
     def logdet(self, drift: Drift) -> float:
         """ln|K| + ln|H' K^-1 H|: the biases H are integrated out."""
@@ -203,19 +205,21 @@ class SlowNoise:
         The sessions' biases have no prior, the columns' parameters one of unit variance; both are integrated out.
         """
         factor = self.factor(Drift(float(strengths[0]), float(strengths[1])))
-        inverse = dpotri(factor[0], lower=True)[0]
-        inverse = np.tril(inverse) + np.tril(inverse, -1).T
-        free = np.concatenate([self.sessions, columns], axis=1)
-        image = inverse @ free
+        lower = dpotri(factor[0], lower=True)[0] * self._triangle  # of the symmetric inverse, with half its diagonal
+        free = np.concatenate([self.sessions, columns, residual[:, None]], axis=1)
+        image = lower @ free + lower.T @ free
+        free, image, pr = free[:, :-1], image[:, :-1], image[:, -1]
         inner = free.T @ image
         prior = np.arange(self.sessions.shape[1], len(inner))
         inner[prior, prior] += 1.0
         taken = np.linalg.inv(inner)
         logdet = 2.0 * float(np.sum(np.log(np.diag(factor[0])))) + float(np.linalg.slogdet(inner)[1])
-        projector = inverse - image @ taken @ image.T
-        pr = projector @ residual
-        kernels = zip(strengths, (self.flicker, self.walk), strict=True)
-        gradient = [0.5 * s * float(np.vdot(projector, kernel) - pr @ kernel @ pr) for s, kernel in kernels]
+        weights = image @ taken
+        pr = pr - weights @ (image.T @ residual)
+        gradient = []
+        for strength, kernel in zip(strengths, (self.flicker, self.walk), strict=True):
+            trace = 2.0 * np.vdot(lower, kernel) - np.vdot(weights, kernel @ image)
+            gradient.append(0.5 * strength * float(trace - pr @ kernel @ pr))
         return 0.5 * (float(residual @ pr) + logdet), np.array(gradient)
 
     def gram(self, X: FloatArray, y: FloatArray, drift: Drift) -> Gram:

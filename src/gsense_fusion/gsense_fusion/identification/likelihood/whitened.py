@@ -7,9 +7,9 @@ business of `slow`.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
 
 import numpy as np
 from scipy.fft import rfft
@@ -31,8 +31,8 @@ KEPT_GRAMS = 64
 KEPT_PRODUCTS = 10_000
 """Each has some kilobytes, where the rows that it is made of have a megabyte."""
 
-Changed = tuple[Effect, Templates]
-"""An effect whose columns are not the default ones, and the searched values that they depend on."""
+Placed = tuple[Effect, Templates]
+"""An effect and the searched values that its columns depend on."""
 
 
 def whiten(series: FloatArray, bins: Bins) -> FloatArray:
@@ -78,16 +78,18 @@ class WhitenedCampaign:
         self._default_rows = kept(None, self._made_rows)
         self._moved_rows = kept(KEPT_ROWS, self._made_rows)
         self._means: dict[tuple[str, Templates], FloatArray] = {}
-        self._crossed = kept(None, self._crossed_with)
         self._product = kept(KEPT_PRODUCTS, self._product_of)
-        self._grams = kept(KEPT_GRAMS, self._grams_of)
-        measured = [self._measured(i, r.run.angular_rate) for i, r in enumerate(campaign.fit)]
-        # terms that have to be bought are made when the search asks for them
-        default = [self._none(e, measured) if e.bought else self.rows(e, Templates()) for e in effects]
-        self._stack = [np.concatenate([*(d.rows[i] for d in default), y], axis=2) for i, y in enumerate(measured)]
-        self._spread = _spread_beside([d.spread for d in default], len(campaign.fit), [*noise])
-        self._base = self._summed(self._default_grams(measured))
-        self._sums = np.array([g.xx for g in self._base.runs]), np.array([g.xy for g in self._base.runs])
+        self._sums = kept(KEPT_GRAMS, self._sums_of)
+        measured = tuple(self._whitened_rate(i, r.run.angular_rate) for i, r in enumerate(campaign.fit))
+        self._measured = _Rows(measured, np.ones((len(campaign.fit), len(noise), 1, 1)))
+        self._energy = [float(np.vdot(y, y)) for y in measured]
+        self._count = [y.shape[0] * y.shape[1] for y in measured]
+        self._mountings: dict[int, list[int]] = {}
+        """Places of the runs that move, by mounting."""
+        for place, data in enumerate(campaign.fit):
+            number = -1 if data.mounting_number is None else data.mounting_number
+            if self._count[place]:
+                self._mountings.setdefault(number, []).append(place)
 
     def rows(self, effect: Effect, templates: Templates) -> _Rows:
         """Whitened series of one effect on each fit run."""
@@ -112,92 +114,72 @@ class WhitenedCampaign:
             self._means[key] = np.concatenate([_means(d, b) for d, b in zip(designs, self._blocks, strict=True)])
         return self._means[key]
 
-    def _none(self, effect: Effect, measured: Sequence[FloatArray]) -> _Rows:
-        """No series, and so columns of zeros."""
-        spread = np.zeros((len(measured), len(self._noise), 0, len(effect.parameters)))
-        return _Rows(tuple(y[:, :, :0] for y in measured), spread)
+    def grams(self, templates: Templates, names: frozenset[str]) -> tuple[Gram, ...]:
+        """One Gram per fit run (zero for runs without motion); zero beside the columns of `names`."""
+        xx, xy = self._found(templates, names)
+        index, P = self.columns.index(names), self.columns.total
+        out = []
+        for a, b, yy, count in zip(xx, xy, self._energy, self._count, strict=True):
+            full = np.zeros((P, P)), np.zeros(P)
+            full[0][index[:, None], index], full[1][index] = a, b
+            out.append(Gram(*full, yy, count))
+        return tuple(out)
 
-    def grams(self, templates: Templates, names: frozenset[str] | None = None) -> tuple[Gram, ...]:
-        """One Gram per fit run (zero for runs without motion); right for the columns of `names` (all where None)."""
-        return self._found(templates, names).runs
+    def mounting_grams(self, templates: Templates, names: frozenset[str]) -> dict[int, Gram]:
+        """In sum by mounting (-1 where it is unknown), for those in which a run moves; columns of `names` alone."""
+        xx, xy = self._found(templates, names)
+        return {
+            mounting: Gram(
+                xx[runs].sum(axis=0),
+                xy[runs].sum(axis=0),
+                sum(self._energy[i] for i in runs),
+                sum(self._count[i] for i in runs),
+            )
+            for mounting, runs in self._mountings.items()
+        }
 
-    def mounting_grams(self, templates: Templates, names: frozenset[str] | None = None) -> Mapping[int, Gram]:
-        """The same in sum by mounting (-1 where it is unknown), for those in which a run moves."""
-        return self._found(templates, names).mountings
+    def _found(self, templates: Templates, names: frozenset[str]) -> tuple[FloatArray, FloatArray]:
+        """X'X (runs, k, k) and X'y (runs, k) of the columns of some effects."""
+        wanted = (e for e in self.effects if e.parameters and e.name in names)
+        return self._sums(tuple((e, templates.only(fields_of(e))) for e in wanted))
 
-    def _found(self, templates: Templates, names: frozenset[str] | None) -> _Grams:
-        wanted = [e for e in self.effects if e.parameters and (names is None or e.name in names)]
-        own = [(e, templates.only(fields_of(e))) for e in wanted]
-        changed = tuple((e, t) for e, t in own if t.values or (names is not None and (e.wide_band or e.bought)))
-        return self._grams(changed) if changed else self._base
+    def _sums_of(self, effects: tuple[Placed, ...]) -> tuple[FloatArray, FloatArray]:
+        ends = np.cumsum([0, *(len(e.parameters) for e, _ in effects)]).tolist()
+        place = {e: slice(*ab) for (e, _), ab in zip(effects, itertools.pairwise(ends), strict=True)}
+        xx = np.zeros((len(self._count), ends[-1], ends[-1]))
+        xy = np.zeros((len(self._count), ends[-1]))
+        for e, templates in effects:
+            xy[:, place[e]] = self._product((e, templates), None)[:, :, 0]
+        for one, other in itertools.combinations_with_replacement(effects, 2):
+            product, i, j = self._product(one, other), place[one[0]], place[other[0]]
+            xx[:, i, j], xx[:, j, i] = product, product.transpose(0, 2, 1)
+        self._widen(xx, xy, [(e, t, place[e]) for e, t in effects if e.wide_band])
+        return xx, xy
 
-    def _grams_of(self, changed: tuple[Changed, ...]) -> _Grams:
-        return self._summed(self._widened(self._replaced(changed), tuple(c for c in changed if c[0].wide_band)))
-
-    def _summed(self, runs: tuple[Gram, ...]) -> _Grams:
-        out: dict[int, Gram] = {}
-        for data, gram in zip(self.campaign.fit, runs, strict=True):
-            key = -1 if data.mounting_number is None else data.mounting_number
-            if gram.rows:
-                out[key] = out[key] + gram if key in out else gram
-        return _Grams(runs, out)
-
-    def _widened(self, grams: tuple[Gram, ...], wide: tuple[Changed, ...]) -> tuple[Gram, ...]:
-        """With the rows above the common band, which only some effects have."""
+    def _widen(self, xx: FloatArray, xy: FloatArray, wide: Sequence[tuple[Effect, Templates, slice]]) -> None:
+        """Add the rows above the common band, which only some effects have."""
         if not wide:
-            return grams
-        index = self.columns.index(frozenset(e.name for e, _ in wide))
-        out = []
-        for gram, (xx, xy) in zip(grams, self._wide.products(wide), strict=True):
-            sums = gram.xx.copy(), gram.xy.copy()
-            sums[0][np.ix_(index, index)] += xx
-            sums[1][index] += xy
-            out.append(Gram(*sums, gram.yy, gram.rows))
-        return tuple(out)
+            return
+        index = np.concatenate([np.arange(place.start, place.stop) for _, _, place in wide])
+        for a, b, (more_xx, more_xy) in zip(xx, xy, self._wide.products([(e, t) for e, t, _ in wide]), strict=True):
+            a[np.ix_(index, index)] += more_xx
+            b[index] += more_xy
 
-    def _default_grams(self, measured: Sequence[FloatArray]) -> tuple[Gram, ...]:
-        """Grams of all effects at their default templates."""
-        out = []
-        for stack, spread, y in zip(self._stack, self._spread, measured, strict=True):
-            full = _spread_out(stack.transpose(0, 2, 1) @ stack, spread, spread)
-            size = y.shape[0] * y.shape[1]
-            out.append(Gram(full[:-1, :-1], full[:-1, -1], float(full[-1, -1]), size))
-        return tuple(out)
-
-    def _replaced(self, changed: tuple[Changed, ...]) -> tuple[Gram, ...]:
-        """The default Grams with the columns of some effects at other template values."""
-        P = self.columns.total
-        index = {e: self.columns.index(frozenset({e.name})) for e, _ in changed}
-        xx, xy = self._sums[0].copy(), self._sums[1].copy()
-        for e, templates in changed:
-            cross, i = self._crossed(e, templates), index[e]
-            xx[:, i, :], xx[:, :, i] = cross[:, :, :P], cross[:, :, :P].transpose(0, 2, 1)
-            xy[:, i] = cross[:, :, P]
-        for one, other in combinations_with_replacement(changed, 2):
-            product, i, j = self._product(one, other), index[one[0]], index[other[0]]
-            xx[:, i[:, None], j], xx[:, j[:, None], i] = product, product.transpose(0, 2, 1)
-        each = zip(xx, xy, self._base.runs, strict=True)
-        return tuple(Gram(a, b, base.yy, base.rows) if base.rows else base for a, b, base in each)
-
-    def _product_of(self, one: Changed, other: Changed) -> FloatArray:
-        """Products of two effects' columns by run, shape (runs, p, q)."""
-        a, b = self.rows(*one), self.rows(*other)
+    def _product_of(self, one: Placed, other: Placed | None) -> FloatArray:
+        """Products of two effects' columns by run, or of one's with the measured rate, shape (runs, p, q)."""
+        a = self.rows(*one)
+        b = self._measured if other is None else self.rows(*other)
         inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(a.rows, b.rows, strict=True)])
-        return _spread_out(inner, a.spread, b.spread)
-
-    def _crossed_with(self, effect: Effect, templates: Templates) -> FloatArray:
-        """Products of an effect's columns with all default columns and the measured rate, shape (runs, p, P + 1)."""
-        own = self.rows(effect, templates)
-        inner = np.array([x.transpose(0, 2, 1) @ y for x, y in zip(own.rows, self._stack, strict=True)])
-        return _spread_out(inner, own.spread, self._spread)
+        return np.asarray((a.spread.swapaxes(-1, -2) @ inner @ b.spread).sum(axis=-3))
 
     def _whiten(self, number: int, series: FloatArray) -> FloatArray:
         """Whitened rows (axes, rows, k) of a run's series (k, n), all moving windows one after the other."""
-        parts: list[FloatArray] = [np.zeros((len(self._noise), 0, len(series)))]
-        parts += [rows_by_axis(series[:, w.start : w.stop], bins, self._noise) for w, bins in self._windows[number]]
-        return np.concatenate(parts, axis=1)
+        parts = [rows_by_axis(series[:, w.start : w.stop], bins, self._noise) for w, bins in self._windows[number]]
+        if len(parts) == 1:
+            return parts[0]
+        return np.concatenate([np.zeros((len(self._noise), 0, len(series))), *parts], axis=1)
 
-    def _measured(self, number: int, rate: FloatArray) -> FloatArray:
+    def _whitened_rate(self, number: int, rate: FloatArray) -> FloatArray:
         """Whitened rows (axes, rows, 1) of a run's angular rate (n, 3), each axis by itself."""
         parts = [
             np.stack([axis_rows(np.ascontiguousarray(rate[w.start : w.stop, a][None]), bins, a) for a in self._noise])
@@ -207,16 +189,8 @@ class WhitenedCampaign:
 
 
 @dataclass(frozen=True, eq=False)
-class _Grams:
-    """Products of all columns at some template values."""
-
-    runs: tuple[Gram, ...]
-    mountings: Mapping[int, Gram]
-
-
-@dataclass(frozen=True, eq=False)
 class _Rows:
-    """One effect on the fit runs."""
+    """One effect, or the measured rate, on the fit runs."""
 
     rows: tuple[FloatArray, ...]
     """Whitened series of each run, shape (axes, rows, k)."""
@@ -228,20 +202,3 @@ def _means(design: Mixed, blocks: Sequence[Window]) -> FloatArray:
     """Block means of an effect's columns on a run, shape (b, 3, p)."""
     k, _, p = design.spread.shape
     return np.asarray((means(design.series, blocks) @ design.spread.reshape(k, 3 * p)).reshape(len(blocks), 3, p))
-
-
-def _spread_beside(parts: Sequence[FloatArray], runs: int, axes: Sequence[int]) -> FloatArray:
-    """Spread of all effects' series beside each other, the measured rate last, shape (runs, axes, K + 1, P + 1)."""
-    k, p = sum(s.shape[2] for s in parts), sum(s.shape[3] for s in parts)
-    out = np.zeros((runs, len(axes), k + 1, p + 1))
-    i = j = 0
-    for s in parts:
-        out[:, :, i : i + s.shape[2], j : j + s.shape[3]] = s
-        i, j = i + s.shape[2], j + s.shape[3]
-    out[:, :, k, p] = 1.0
-    return out
-
-
-def _spread_out(inner: FloatArray, left: FloatArray, right: FloatArray) -> FloatArray:
-    """Products by axis of series (..., axes, k, l) as products of columns, (..., p, q)."""
-    return np.asarray((left.swapaxes(-1, -2) @ inner @ right).sum(axis=-3))

@@ -91,7 +91,7 @@ def _over_session(a: Analysis, effect: Effect) -> Curve | None:
     blocks, full = a.likelihood.blocks, a.claims.full
     if len(blocks) < MIN_BLOCKS:
         return None
-    X = a.likelihood.block_columns(full.templates)
+    X = a.likelihood.block_columns(full.templates, full.names)
     mine = np.isin(np.arange(X.shape[2]), a.likelihood.columns.index(_names(a, effect)))
     fitted = X @ np.where(mine, full.beta, 0.0)
     if not fitted.any():

@@ -142,7 +142,7 @@ def slow_trace(a: Analysis) -> SlowTrace | None:
         return None
     predicted = []
     for fit in (a.claims.ladder["declared"], a.claims.full):
-        p = a.likelihood.block_columns(fit.templates) @ fit.beta
+        p = a.likelihood.block_columns(fit.templates, fit.names) @ fit.beta
         predicted.append(p - p.mean(axis=0) + blocks.rate.mean(axis=0))
     runs = a.campaign.fit
     temperature = None

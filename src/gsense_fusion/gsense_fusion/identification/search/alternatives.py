@@ -94,7 +94,7 @@ def known_columns(likelihood: Likelihood, fit: Fit) -> FloatArray:
 
 def slow_residual(likelihood: Likelihood, fit: Fit) -> FloatArray:
     """Block means that a model leaves, rad/s, shape (b, 3)."""
-    return np.asarray(likelihood.blocks.rate - likelihood.block_columns(fit.templates) @ fit.beta)
+    return np.asarray(likelihood.blocks.rate - likelihood.block_columns(fit.templates, fit.names) @ fit.beta)
 
 
 def beside(likelihood: Likelihood, fit: Fit, columns: FloatArray) -> Chance:

@@ -7,7 +7,7 @@ strengths that this session's own drift may have, put through the same compariso
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import logsumexp
 from scipy.stats import chi2
 
-from gsense_fusion.identification.likelihood.slow import SlowNoise
+from gsense_fusion.identification.likelihood.slow import GridPoint, SlowNoise
 from gsense_fusion.identification.types import FloatArray
 
 DRAWS = 1000
@@ -91,15 +91,13 @@ def _gains(
     slow: Mapping[int, SlowNoise], batch: Mapping[int, FloatArray], columns: FloatArray, known: FloatArray
 ) -> FloatArray:
     """Gains of sessions (b, n) by axis, shape (k, n); all axes share their strengths in units of white noise."""
-    points = len(next(iter(slow.values())).grid)
     n = next(iter(batch.values())).shape[1]
     without = np.full(n, -np.inf)
     best = np.full((columns.shape[1], n), -np.inf)
-    for g in range(points):
+    each = [zip(s.grid, profiled(s.grid, known), strict=True) for s in slow.values()]
+    for points in zip(*each, strict=True):
         alone, beside = np.zeros(n), np.zeros((columns.shape[1], n))
-        for axis, s in slow.items():
-            point = s.grid[g]
-            projector = profiled(point.projector, known)
+        for axis, (point, projector) in zip(slow, points, strict=True):
             image = projector @ batch[axis]
             alone -= np.sum(batch[axis] * image, axis=0) + point.logdet
             size = np.sum(columns * (projector @ columns), axis=0)
@@ -110,12 +108,14 @@ def _gains(
     return best - without
 
 
-def profiled(projector: FloatArray, known: FloatArray) -> FloatArray:
-    """A projector (b, b) that takes columns (b, j) out too."""
+def profiled(points: Sequence[GridPoint], known: FloatArray) -> Iterator[FloatArray]:
+    """The projector of each point (b, b), which takes columns (b, j) out too."""
     if not known.shape[1]:
-        return projector
-    px = projector @ known
-    return np.asarray(projector - px @ np.linalg.pinv(known.T @ px) @ px.T)
+        yield from (p.projector for p in points)
+        return
+    px = np.array([p.projector @ known for p in points])
+    for point, own, inverse in zip(points, px, np.linalg.pinv(known.T @ px), strict=True):
+        yield point.projector - own @ inverse @ own.T
 
 
 def sessions_of_drift(slow: Mapping[int, SlowNoise], residual: FloatArray, known: FloatArray) -> dict[int, FloatArray]:
@@ -126,10 +126,8 @@ def sessions_of_drift(slow: Mapping[int, SlowNoise], residual: FloatArray, known
 
 def _draw(slow: SlowNoise, residual: FloatArray, known: FloatArray, rng: np.random.Generator) -> FloatArray:
     """Sessions of drift alone (b, n), each with strengths drawn from what this axis' blocks say of them."""
-    values = []
-    for point in slow.grid:
-        image = profiled(point.projector, known) @ residual
-        values.append(-0.5 * (float(residual @ image) + point.logdet))
+    projectors = zip(slow.grid, profiled(slow.grid, known), strict=True)
+    values = [-0.5 * (float(residual @ projector @ residual) + point.logdet) for point, projector in projectors]
     weight = np.exp(np.array(values) - logsumexp(values))
     count = rng.multinomial(DRAWS, weight)
     parts = [

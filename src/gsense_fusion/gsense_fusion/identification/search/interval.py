@@ -14,6 +14,9 @@ from gsense_fusion.identification.types import FloatArray
 LEAST_DROP = 0.3
 LARGEST_DROP = 2.0
 """In the log-likelihood: between these a step is small enough to be interpolated."""
+LEAST_SEEN = 1e-4
+"""The same from which on it tells a parabola's width: above all rounding."""
+LARGEST_GROWTH = 64.0
 DOUBLINGS = 14
 HALVINGS = 5
 OUT_DROP = 8.0
@@ -132,6 +135,12 @@ def _edge(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
     return step
 
 
+def _growth(lost: float, room: float) -> float:
+    """Next step over one that loses little of the log-likelihood: to a parabola's 1/2 where that is within the room."""
+    wanted = float(np.sqrt(0.5 / lost)) if lost > LEAST_SEEN else 2.0
+    return wanted if 2.0 < wanted < min(room, LARGEST_GROWTH) else 2.0
+
+
 def reach(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -> float:
     """One standard error of a searched parameter on one side, its own unit.
 
@@ -160,7 +169,7 @@ def reach(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
         lost = drop(step)
         if lost > LEAST_DROP:
             break
-        inner, kept, step = step, max(lost, 0.0), 2 * step
+        inner, kept, step = step, max(lost, 0.0), step * _growth(lost, room / step)
     else:
         return float("inf")
     for _ in range(HALVINGS if inner > 0.0 else 0):  # flat, then steep

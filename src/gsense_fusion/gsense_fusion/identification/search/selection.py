@@ -188,8 +188,8 @@ class Selection:
         return [n for n, e in self.effects.items() if e.part_of is None]
 
     def allowed(self, names: frozenset[str]) -> bool:
-        """Whether every effect of the set has what it needs beside it."""
-        return all(need in names for n in names for need in self.effects[n].needs)
+        """Whether every effect of the set has what it needs beside it, and a place where its search can begin."""
+        return all(need in names for n in names for need in self.effects[n].needs) and self.tuning.shown(names)
 
     def _scored(self, fit: Fit) -> Candidate:
         dear, cheap = 0, 0

@@ -86,6 +86,11 @@ class Tuning:
                 found += [self._at(names, self._refined[smaller], {spec.field: value}) for value in spec.grid]
         return found
 
+    def shown(self, names: frozenset[str]) -> bool:
+        """Whether the residual says where to begin with every effect of a set that no fixed grid can cover."""
+        wanted = ((n, t) for n, e in self.effects.items() if n in names for t in e.templates if not t.grid)
+        return all(self._grid(t, names, n) for n, t in wanted)
+
     def _tried_points(self, templates: Templates, names: frozenset[str], name: str) -> list[Fit]:
         """An effect at the points of its grid; in a larger model only at those that were best when it came alone."""
         specs = self.effects[name].templates
@@ -106,9 +111,10 @@ class Tuning:
     def _grid(self, spec: TemplateSpec, names: frozenset[str], name: str) -> Sequence[float]:
         if spec.grid:
             return spec.grid
-        key = (spec.field, names - {name})
+        rest = frozenset(n for n in names if n != name and name not in self.effects[n].needs)
+        key = (spec.field, rest)
         if key not in self._screens:
-            self._screens[key] = screened(spec.field, self.likelihood, self._rough(names - {name}))
+            self._screens[key] = screened(spec.field, self.likelihood, self._rough(rest))
         return self._screens[key]
 
     def _at(self, names: frozenset[str], templates: Templates, values: dict[str, float]) -> Fit:
@@ -119,16 +125,16 @@ class Tuning:
     def refined(self, fit: Fit) -> Fit:
         """Every searched parameter of a fit between the points of its grid, twice at least where there are some."""
         specs = self.specs(fit.names)
-        in_vain: dict[str, Fit] = {}
+        settled: dict[str, Fit] = {}
         for number in range(1 if len(specs) < 2 else MOST_ROUNDS):
             before = fit.loglik
-            for spec in (s for s in specs if in_vain.get(s.field) is not fit):
+            for spec in (s for s in specs if settled.get(s.field) is not fit):
                 refined = self._refine_one(fit, spec)
                 threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
-                if 2 * (refined.loglik - fit.loglik) > threshold:
-                    fit = refined
-                else:
-                    in_vain[spec.field] = fit
+                better = 2 * (refined.loglik - fit.loglik) > threshold
+                fit = refined if better else fit
+                if spec.gaps or not better:  # all instants of the blocks beside it are looked at in one go
+                    settled[spec.field] = fit
             if number > 0 and fit.loglik - before < FAR_FROM_TOP:
                 break
         for spec in (s for s in specs if s.gaps):

@@ -22,7 +22,7 @@ def survives(selection: Selection, best: Fit, name: str) -> bool:
 
 def _pose_errors(likelihood: Likelihood, fit: Fit) -> float:
     """Squared error of each pose's blocks predicted by least squares on the others."""
-    X = likelihood.block_columns(fit.templates)
+    X = likelihood.block_columns(fit.templates, fit.names)
     index = likelihood.columns.index(fit.names)
     total = 0.0
     poses = np.unique(likelihood.blocks.run)

@@ -7,8 +7,9 @@ three are compared, and sessions of ordinary drift say what the comparison yield
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -36,9 +37,23 @@ class MotionDrift:
     """What a random walk in motion alone gains over drift at all times."""
 
     chance: Chance
-    q: float
-    """Likeliest strength of the walk, rad/s/sqrt(s)."""
-    q_stderr: float
+    measure: Callable[[], tuple[float, float]]
+    """Likeliest strength of the walk and its standard error; called where they are asked for."""
+
+    @cached_property
+    def strength(self) -> tuple[float, float]:
+        """Likeliest strength of the walk and its standard error, rad/s/sqrt(s)."""
+        return self.measure()
+
+    @property
+    def q(self) -> float:
+        """Likeliest strength of the walk, rad/s/sqrt(s)."""
+        return self.strength[0]
+
+    @property
+    def q_stderr(self) -> float:
+        """Its standard error."""
+        return self.strength[1]
 
     @property
     def gain(self) -> float:
@@ -59,8 +74,10 @@ def motion_drift(likelihood: Likelihood, fit: Fit) -> MotionDrift | None:
         return np.asarray(2 * (_logliks(kinds.motion, batch, known) - ordinary))
 
     own = gains({axis: residual[:, axis, None] for axis in likelihood.slow})
-    q, stderr = _strength(likelihood, kinds.motion, residual, known)
-    return MotionDrift(Chance(own, lambda: gains(sessions_of_drift(likelihood.slow, residual, known))), q, stderr)
+    return MotionDrift(
+        Chance(own, lambda: gains(sessions_of_drift(likelihood.slow, residual, known))),
+        lambda: _strength(likelihood, kinds.motion, residual, known),
+    )
 
 
 def too_little_rest(likelihood: Likelihood, fit: Fit) -> str | None:
@@ -118,7 +135,8 @@ def _over_grid(
     """Log-likelihood of sessions (b, n) by axis at every point, all axes at the same, shape (points, n)."""
     total: FloatArray = np.zeros((1, 1))
     for axis, own in points.items():
-        quad = [np.sum(batch[axis] * (profiled(p.projector, known) @ batch[axis]), axis=0) + p.logdet for p in own]
+        pairs = zip(profiled(own, known), own, strict=True)
+        quad = [np.sum(batch[axis] * (projector @ batch[axis]), axis=0) + p.logdet for projector, p in pairs]
         total = total - 0.5 * np.array(quad)
     return total
 

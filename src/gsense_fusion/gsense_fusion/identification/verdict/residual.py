@@ -15,11 +15,10 @@ from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
 from gsense_fusion.identification.motion.phasors import turning
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray, IntArray
+from gsense_fusion.identification.verdict.coherent import Extra, without_coherent
 from gsense_fusion.identification.verdict.steady_orders import without_high_orders
 
 HALF_ORDERS = np.arange(0.5, 10.01, 0.5)
-LOWEST_COHERENT_HZ = 5.0
-MIN_COHERENT_BINS = 40
 MODEL_ABOVE_HZ = 20.0
 ORDER_BINS = 2.5
 """Bins to either side that an order may reach."""
@@ -108,7 +107,7 @@ class WindowResidual:
 def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list[WindowResidual]:
     """Whitened residuals of all windows of at least four seconds, up to 0.4 of the sample rate."""
     out: list[WindowResidual] = []
-    felt: list[tuple[int, _Extra]] = []
+    felt: list[tuple[int, Extra]] = []
     for data in runs:
         model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
         force = likelihood.source.of(data, fit.templates).specific_force
@@ -133,24 +132,14 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     return out
 
 
-@dataclass(frozen=True, eq=False)
-class _Extra:
-    """Spectra of a moving window that the drive's harmonics do not contain, zero at the drive's orders."""
-
-    felt: ComplexArray
-    """Specific force beyond its model (a belt that rings), shape (m, 3)."""
-    model: ComplexArray
-    """The model's own rate above the band of the fit, where the sensor's filter changes it, shape (m, 3)."""
-
-
-def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> _Extra:
+def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> Extra:
     keep, away = residual.bins.keep, residual.away_from_orders()[:, None]
     above = (residual.frequency > MODEL_ABOVE_HZ)[:, None]
     felt = residual.between_orders(felt)
-    return _Extra(np.fft.rfft(felt, axis=0)[keep] * away, np.fft.rfft(model, axis=0)[keep] * away * above)
+    return Extra(np.fft.rfft(felt, axis=0)[keep] * away, np.fft.rfft(model, axis=0)[keep] * away * above)
 
 
-def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> FloatArray:
+def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> FloatArray:
     """G times what the accelerometer feels away from the drive's orders, whitened, shape (2, m, 3).
 
     The encoder's harmonics do not reach there; it is the declared G f all the same, and no symptom.
@@ -164,7 +153,7 @@ def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra
     return np.stack([white.real, white.imag])
 
 
-def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: _Extra) -> ComplexArray:
+def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> ComplexArray:
     """What the effects of the fit that answer to vibration make of what the accelerometer feels, shape (m, 3)."""
     out = np.zeros_like(extra.felt)
     drivers = likelihood.source.of(residual.data, fit.templates)
@@ -177,69 +166,6 @@ def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, e
         if answer is not None:
             out = out + along[:, None] * (answer @ beta[likelihood.columns.index(frozenset({effect.name}))])
     return np.asarray(out)
-
-
-def without_coherent(windows: Sequence[WindowResidual], extras: Sequence[_Extra]) -> list[WindowResidual]:
-    """Residuals without what is coherent with vibration that the accelerometer feels or, above the band, the model.
-
-    In each narrow band the residual of all windows in motion together is regressed on the felt specific force: a linear
-    response to vibration (a coupling, a lever, whatever the sensor's filter makes of it) is neither a tone nor foreign
-    noise. Where there are bins enough, each mounting has a response of its own: what the rig makes of a vibration does
-    not turn with the board. The same is taken off the windows at rest, which motion is compared with: the
-    accelerometer's own noise comes in with it.
-    """
-    mountings = list(dict.fromkeys(w.data.mounting_number for w in windows if w.window.moving))
-    if not mountings:
-        return list(windows)
-    spectra = [w.spectrum[0] + 1j * w.spectrum[1] for w in windows]
-    top = max(float(w.frequency[-1]) for w in windows)
-    edges = [LOWEST_COHERENT_HZ]
-    while edges[-1] < top:
-        edges.append(max(edges[-1] * 1.04, edges[-1] + 0.4))
-    free = [np.flatnonzero(w.away_from_orders()) for w in windows]
-    bands = [np.split(i, np.searchsorted(w.frequency[i], edges)) for w, i in zip(windows, free, strict=True)]
-    for band in range(1, len(edges)):
-        places = [parts[band] for parts in bands]
-        moving = np.repeat([w.window.moving for w in windows], [len(i) for i in places])
-        enough = int(moving.sum()) >= MIN_COHERENT_BINS * len(mountings)
-        for axis in range(3):
-            y = np.concatenate([s[i, axis] for s, i in zip(spectra, places, strict=True)])
-            if int(moving.sum()) < MIN_COHERENT_BINS or not y[moving].any():
-                continue
-            parts = zip(windows, extras, places, strict=True)
-            X = np.concatenate([_regressors(w, e, i, axis, mountings if enough else [None]) for w, e, i in parts])
-            rest = _unexplained(X, y, moving)
-            first = 0
-            for s, i in zip(spectra, places, strict=True):
-                s[i, axis] = rest[first : first + len(i)]
-                first += len(i)
-    return [replace(w, spectrum=np.stack([s.real, s.imag])) for w, s in zip(windows, spectra, strict=True)]
-
-
-def _regressors(
-    residual: WindowResidual, extra: _Extra, places: IntArray, axis: int, mountings: Sequence[int | None]
-) -> ComplexArray:
-    """Whitened columns of some bins: the felt force in each mounting (None: in all), and the model, shape (k, c)."""
-    own = [extra.felt[places] * (m in (None, residual.data.mounting_number)) for m in mountings]
-    columns = np.column_stack([*own, extra.model[places, axis]])
-    return np.asarray(columns * residual.bins.weight[places, axis, None])
-
-
-def _unexplained(X: ComplexArray, y: ComplexArray, moving: BoolArray) -> ComplexArray:
-    """What a regression of the bins in motion leaves of all bins (k,), its expectation as that of the noise.
-
-    What noise explains by chance is made up for: by the degrees that the regression took, and at rest by the error of
-    its coefficients.
-    """
-    X = X[:, np.abs(X[moving]).max(axis=0) > 0]
-    if not X.shape[1]:
-        return y
-    inverse = np.linalg.pinv(X[moving], rcond=1e-8)
-    rest = y - X @ (inverse @ y[moving])
-    count = int(moving.sum())
-    rest[moving] *= np.sqrt(count / (count - X.shape[1]))
-    rest[~moving] /= np.sqrt(1.0 + np.sum(np.abs(X[~moving] @ inverse) ** 2, axis=1))
-    return np.asarray(rest)
 
 
 @dataclass(frozen=True)
