@@ -14,6 +14,9 @@ from gsense_fusion.identification.types import FloatArray
 LEAST_DROP = 0.3
 LARGEST_DROP = 2.0
 """In the log-likelihood: between these a step is small enough to be interpolated."""
+HALF = 0.5
+"""The same that a standard error loses."""
+NEAR_DROP = 0.1
 LEAST_SEEN = 1e-4
 """The same from which on it tells a parabola's width: above all rounding."""
 LARGEST_GROWTH = 64.0
@@ -137,7 +140,7 @@ def _edge(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
 
 def _growth(lost: float, room: float) -> float:
     """Next step over one that loses little of the log-likelihood: to a parabola's 1/2 where that is within the room."""
-    wanted = float(np.sqrt(0.5 / lost)) if lost > LEAST_SEEN else 2.0
+    wanted = float(np.sqrt(HALF / lost)) if lost > LEAST_SEEN else 2.0
     return wanted if 2.0 < wanted < min(room, LARGEST_GROWTH) else 2.0
 
 
@@ -181,5 +184,17 @@ def reach(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
             step, lost = half, there
         else:
             inner, kept = half, max(there, 0.0)
-    low, high = np.sqrt([kept, lost])  # a parabola's root is a line
-    return float(inner + (step - inner) * (np.sqrt(0.5) - low) / (high - low))
+    if abs(lost - HALF) > NEAR_DROP:  # no parabola, of whose shape a place between the two tells more
+        half = _between(inner, kept, step, lost)
+        there = drop(half)
+        if there < HALF:
+            inner, kept = half, max(there, 0.0)
+        else:
+            step, lost = half, there
+    return _between(inner, kept, step, lost)
+
+
+def _between(inner: float, kept: float, step: float, lost: float) -> float:
+    """Where 1/2 is lost, from what is lost at two distances on either side: the root of a parabola is a line."""
+    low, high = np.sqrt([kept, lost])
+    return float(inner + (step - inner) * (np.sqrt(HALF) - low) / (high - low))
