@@ -22,6 +22,9 @@ IN_MOTION = frozenset({"orders", "kicks", "unequal", "lines", "band", "uneven", 
 LOCKED_PART = 0.8
 """A claim stays only if it removes this part of the drive-locked structure, where some is left."""
 
+ONLY_REFINED = "is sound only with what refines its shape: no claim"
+ONLY_IN_PART = "is sound only without a further term that it has: no claim"
+
 
 @dataclass(frozen=True)
 class Claims:
@@ -95,10 +98,20 @@ def _vetted(
         else:
             names.append(name)
     alone = claimed_fit(selection, names)
-    for name in [n for n in names if refinements and not sound(selection, alone, n)]:
+    larger = _bought_for(selection, alone) if alone.names - best.names else frozenset()
+    for name in [n for n in names if (refinements or n in larger) and not sound(selection, alone, n)]:
         names.remove(name)
-        refusals[name] = Refusal("is sound only with what refines its shape: no claim")
+        refusals[name] = Refusal(ONLY_REFINED if refinements else ONLY_IN_PART)
     return names, refinements, refusals
+
+
+def _bought_for(selection: Selection, fit: Fit) -> frozenset[str]:
+    """Effects of a model for which it bought a further term that is searched by itself, as a second mode is.
+
+    The terms that come with a claim may leave such a pair free to stand for anything.
+    """
+    terms = (selection.effects[n] for n in fit.names & selection.bought)
+    return frozenset(t.part_of for t in terms if t.part_of is not None and t.parameters and t.templates)
 
 
 def _ladder(selection: Selection, names: Sequence[str]) -> dict[str, Fit]:
