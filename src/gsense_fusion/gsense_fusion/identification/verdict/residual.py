@@ -111,18 +111,21 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     for data in runs:
         model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
         force = likelihood.source.of(data, fit.templates).specific_force
-        feels = force is not None and bool(np.isfinite(data.run.specific_force).all())
+        beyond = [data.run.angular_rate - model]
+        if force is not None and np.isfinite(data.run.specific_force).all():
+            beyond.append(data.run.specific_force - force)
+        both = np.concatenate(beyond, axis=1)
         for window in data.windows:
             if len(window) < 4.0 * data.run.rate_hz:
                 continue
             bins = window_bins(len(window), data.run.rate_hz, likelihood.noise, USED_BAND * data.run.rate_hz)
             cut = slice(window.start, window.stop)
             result = WindowResidual(data, window, bins, np.zeros((2, len(bins.frequency), 3)))
-            left = result.between_orders((data.run.angular_rate - model)[cut])
-            rows = project_out_slow(whiten(left[:, :, None], bins), bins)
+            left = result.between_orders(both[cut])
+            rows = project_out_slow(whiten(left[:, :3, None], bins), bins)
             result = replace(result, spectrum=rows[:, :, 0].reshape(2, -1, 3))
-            if force is not None and feels:
-                extra = _beyond_the_drive(result, (data.run.specific_force - force)[cut], model[cut])
+            if len(beyond) > 1:
+                extra = _beyond_the_drive(result, left[:, 3:], model[cut])
                 result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
                 felt.append((len(out), extra))
             out.append(result)
@@ -135,7 +138,6 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
 def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> Extra:
     keep, away = residual.bins.keep, residual.away_from_orders()[:, None]
     above = (residual.frequency > MODEL_ABOVE_HZ)[:, None]
-    felt = residual.between_orders(felt)
     return Extra(np.fft.rfft(felt, axis=0)[keep] * away, np.fft.rfft(model, axis=0)[keep] * away * above)
 
 

@@ -37,10 +37,14 @@ def without_high_orders(series: FloatArray, angular_frequency: float, rate_hz: f
         return series
     phasors = Phasors.of(angular_frequency / rate_hz * np.arange(n))
     matrix = phasors.normal_matrix(orders)
-    if np.linalg.cond(matrix, 1) > WORST_CONDITION:
+    try:
+        inverse = np.linalg.inv(matrix)
+    except np.linalg.LinAlgError:
+        return series
+    if np.linalg.norm(matrix, 1) * np.linalg.norm(inverse, 1) > WORST_CONDITION:
         return series
     found = phasors.sums(series.T, orders)
     right = np.concatenate([series.sum(axis=0)[None], found.real.T, found.imag.T])
-    beta = np.linalg.solve(matrix, right)[1:]
+    beta = (inverse @ right)[1:]
     size = beta[: len(orders)] - 1j * beta[len(orders) :]
     return np.asarray(series - phasors.oscillation(size.T, orders).T)
