@@ -27,6 +27,26 @@ def test_an_unknown_argument_is_refused(package, name):
 
 
 @pytest.mark.parametrize(
+    ("package", "name", "wrong"),
+    [
+        ("gsense_driver", "bridge", ("--params-file", "/nowhere.yaml")),
+        ("gsense_driver", "monitor", ("-r", "nonsense")),
+        ("gsense_fusion", "fusion", ("-p", "sensor")),
+        ("gsense_rig", "dashboard", ("-r", "nonsense")),
+        ("gsense_rig", "record", ("--params-file", "/nowhere.yaml")),
+        ("gsense_rig", "rig", ("-p", "hardware")),
+    ],
+)
+def test_what_ros_cannot_use_is_one_line(package, name, wrong):
+    command = [str(executable(package, name)), "--ros-args", *wrong]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert done.stderr.startswith(f"{name}: --ros-args: ")
+    assert " ".join(wrong) in done.stderr
+
+
+@pytest.mark.parametrize(
     ("package", "name", "parameter"),
     [
         ("gsense_driver", "bridge", "port:=7"),

@@ -14,9 +14,8 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
-from gsense_driver.arguments import ArgumentParser
+from gsense_driver.arguments import ArgumentParser, without_ros
 from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
 from gsense_driver.messages import Messages
@@ -259,7 +258,7 @@ def make_executor() -> Any:
 
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
-    given = remove_ros_args(sys.argv if args is None else args)[1:]
+    given = without_ros("bridge", sys.argv if args is None else args)
     about = (
         "The board's serial line on ROS topics. `ros2 param describe /bridge NAME` tells units, ranges and defaults."
     )

@@ -17,12 +17,11 @@ from gsense_msgs.msg import LinkStatus, Topics
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
-from rclpy.utilities import remove_ros_args
 from rich.console import Console
 from rich.live import Live
 from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature
 
-from gsense_driver.arguments import ArgumentParser
+from gsense_driver.arguments import ArgumentParser, without_ros
 from gsense_driver.messages import qos
 from gsense_driver.monitor_state import Link, MonitorState, Verdict, own_task, since
 from gsense_driver.monitor_view import line, view
@@ -132,7 +131,7 @@ def main(args: list[str] | None = None) -> int:
     parser = ArgumentParser(prog="monitor", description=__doc__)
     parser.add_argument("--once", action="store_true", help="print one line and end; 1 where no driver reports")
     parser.add_argument("--wait", type=float, default=5.0, help="with --once: seconds to wait for a driver (5)")
-    options = parser.parse_args(remove_ros_args(arguments)[1:])
+    options = parser.parse_args(without_ros("monitor", arguments))
     rclpy.init(args=arguments)
     try:
         node = Monitor()

@@ -11,9 +11,8 @@ from typing import Any
 
 import rclpy
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 
-from gsense_driver.arguments import ArgumentParser
+from gsense_driver.arguments import ArgumentParser, without_ros
 from gsense_driver.errors import RawLogError, SettingError
 from gsense_driver.messages import Messages
 from gsense_driver.raw_log import (
@@ -171,7 +170,7 @@ def _run(node: Node, options: argparse.Namespace) -> None:
 def main(args: list[str] | None = None) -> int:
     """Publish a raw log; 0, or 2 with one line where it cannot be read."""
     arguments = sys.argv if args is None else ["replay", *args]
-    options = _options(remove_ros_args(arguments)[1:])
+    options = _options(without_ros("replay", arguments))
     rclpy.init(args=arguments)
     try:
         node = Node("bridge")  # it stands in the bridge's place: `/diagnostics` carries the node's name

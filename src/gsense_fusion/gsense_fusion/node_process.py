@@ -14,9 +14,8 @@ from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 
-from gsense_fusion.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser, without_ros
 
 
 def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
@@ -32,7 +31,7 @@ def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception
     """
     usage = f"{name} [--ros-args -p NAME:=VALUE ...]"
     about = f"Its parameters: `ros2 param describe /{name} NAME` tells units, ranges and defaults."
-    ArgumentParser(name, usage, about).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser(name, usage, about).parse_args(without_ros(name, sys.argv))
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -25,7 +25,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
 
-from gsense_fusion.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser, without_ros
 from gsense_rig.recording.overrides import overrides
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.repair import RepairError, repair
@@ -39,8 +39,8 @@ POLL = 0.05
 
 def main() -> int:
     """Runs until a signal or an error; with an option of its own, does that."""
-    if "--ros-args" not in sys.argv and len(sys.argv) > 1:
-        return _without_graph(sys.argv[1:])
+    if own := without_ros("record", sys.argv):
+        return _without_graph(own)
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())

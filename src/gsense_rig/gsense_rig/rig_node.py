@@ -19,11 +19,10 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gsense_fusion.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser, without_ros
 from gsense_rig import drive_file, rig_messages, rig_settings
 from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.ending import Ending
@@ -207,7 +206,7 @@ def main() -> None:
     about = (
         "The rail as a ROS node. `ros2 param describe /rig NAME` tells units, ranges and defaults of its parameters."
     )
-    ArgumentParser("rig", usage, about).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser("rig", usage, about).parse_args(without_ros("rig", sys.argv))
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

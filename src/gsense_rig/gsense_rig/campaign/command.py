@@ -16,12 +16,11 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from rclpy.utilities import remove_ros_args
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from gsense_fusion.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser, without_ros
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
 from gsense_rig.campaign.live import Limits, LiveCampaign, LiveResult, Step
@@ -38,7 +37,7 @@ _LISTEN = 5.0
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where plan or folder cannot be used; 1 where it stopped; 130 after Ctrl-C."""
-    options = _parser().parse_args(remove_ros_args(sys.argv if arguments is None else ["campaign", *arguments])[1:])
+    options = _parser().parse_args(without_ros("campaign", sys.argv if arguments is None else ["campaign", *arguments]))
     asked: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda number, _frame: _interrupt(number, asked))

@@ -15,11 +15,10 @@ import threading
 import rclpy
 from rclpy.exceptions import ParameterException
 from rclpy.signals import SignalHandlerOptions
-from rclpy.utilities import remove_ros_args
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_fusion.arguments import ArgumentParser
+from gsense_fusion.arguments import ArgumentParser, without_ros
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions
@@ -36,7 +35,7 @@ END_PATIENCE = 8.0  # s for motions to come to rest
 def main() -> int:
     """Runs until a signal."""
     usage = "dashboard [--ros-args -p port:=8077 -p folder:=DIR ...]"
-    ArgumentParser(usage=usage, description=__doc__).parse_args(remove_ros_args(sys.argv)[1:])
+    ArgumentParser(usage=usage, description=__doc__).parse_args(without_ros("dashboard", sys.argv))
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)
