@@ -123,7 +123,7 @@ def scalar_k(g: Estimate | None) -> Scalar | None:
     known = []
     for name in CYCLIC:
         p = g.parameters.get(name)
-        if p is not None and 0.0 < p.stderr < _plausible(g, name) * IDENTIFIED_VARIANCE**0.5:
+        if p is not None and p.stderr > 0.0 and _identified(g, name):
             known.append((name, p))
     if not known:
         return None
@@ -133,9 +133,12 @@ def scalar_k(g: Estimate | None) -> Scalar | None:
     return Scalar(Parameter(value, stderr, known[0][1].unit), tuple(name for name, _ in known))
 
 
-def _plausible(g: Estimate, name: str) -> float:
+def _identified(g: Estimate, name: str) -> bool:
     c = g.covariance
-    return float(c.plausible[c.parameters.index(name)]) if c is not None and name in c.parameters else np.inf
+    if c is None or name not in c.parameters:
+        return True
+    i = c.parameters.index(name)
+    return bool(c.matrix[i, i] < IDENTIFIED_VARIANCE * c.plausible[i] ** 2)
 
 
 def _constancy(rows: Sequence[Row]) -> Constancy | None:

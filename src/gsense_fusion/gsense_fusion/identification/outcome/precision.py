@@ -9,6 +9,7 @@ from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup, InertiaPickup
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.noise.spectrum import periodogram
+from gsense_fusion.identification.outcome.unseen import unseen_variance
 from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.search.interval import searched, template_stderr
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
@@ -33,6 +34,20 @@ def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bo
         matrix = matrix + searched(likelihood, fit, effect)[1][np.ix_(index, index)]
     specs = [p for e in parts for p in e.parameters]
     return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
+
+
+def added_variance(a: Analysis) -> FloatArray:
+    """What the fit does not know of the variance of each column's coefficient, shape (P,): all of it is G's."""
+    return rounding_variance(a) + current_variance(a) + _unseen(a)
+
+
+def _unseen(a: Analysis) -> FloatArray:
+    full, columns = a.claims.full, a.likelihood.columns
+    out = np.zeros(len(full.beta))
+    if "g_sensitivity" in full.names:
+        index = columns.index(frozenset({"g_sensitivity"}))
+        out[index] = unseen_variance(full.beta[index], full.covariance[np.ix_(index, index)], columns.plausible[index])
+    return out
 
 
 def rounding_variance(a: Analysis) -> FloatArray:
