@@ -20,7 +20,7 @@ from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.motion.earth import EARTH_RATE, Site
 from gsense_fusion.identification.outcome.assembly import assemble
 from gsense_fusion.identification.outcome.parameters import effect_parameters, significant
-from gsense_fusion.identification.outcome.precision import added_variance
+from gsense_fusion.identification.outcome.precision import current_variance, fitted_variance
 from gsense_fusion.identification.types import GRAVITY, FloatArray, IdentificationError, Role
 from gsense_fusion.report.outputs import compensation
 
@@ -157,7 +157,8 @@ def _judged(
 
 def _matrix_estimate(a: Analysis, earth_unknown: bool) -> Estimate:
     """G of the full model; the earth's turn, where nothing tells it apart, is in the errors of the diagonal."""
-    g = effect_parameters(a.likelihood, a.claims.full, a.selection.effects["g_sensitivity"], added_variance(a))
+    added = fitted_variance(a) + current_variance(a)
+    g = effect_parameters(a.likelihood, a.claims.full, a.selection.effects["g_sensitivity"], added)
     names = [f"g_{r}{c}" for r in "xyz" for c in "xyz"]
     value, stderr = (np.array(x).reshape(3, 3) for x in ([g[n].value for n in names], [g[n].stderr for n in names]))
     return Estimate(value, np.sqrt(stderr**2 + np.eye(3) * EARTH_ON_DIAGONAL**2) if earth_unknown else stderr)

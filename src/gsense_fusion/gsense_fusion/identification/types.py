@@ -51,10 +51,13 @@ class Parameter:
     unit: str
     in_doubt: bool = False
     """The effect as a whole is not significant; then none of its parameters is."""
+    fitted_stderr: float | None = None
+    """The part of `stderr` that is the fit's, where another cause may share in the value: that it is there is sure."""
 
     @property
     def significant(self) -> bool:
         """Whether a two-sided 1 % test rejects zero."""
         if self.in_doubt:
             return False
-        return bool(abs(self.value) > 2.576 * self.stderr) if self.stderr > 0 else self.value != 0.0
+        error = self.stderr if self.fitted_stderr is None else self.fitted_stderr
+        return bool(abs(self.value) > 2.576 * error) if error > 0 else self.value != 0.0

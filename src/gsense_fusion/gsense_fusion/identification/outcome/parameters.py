@@ -10,7 +10,7 @@ from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.errors.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.outcome.precision import added_variance
+from gsense_fusion.identification.outcome.precision import current_variance, fitted_variance
 from gsense_fusion.identification.search.interval import searched
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 from gsense_fusion.identification.verdict.left_out import survives
@@ -57,9 +57,10 @@ def declared_parameters(a: Analysis) -> dict[str, dict[str, Parameter]]:
             values, errors = newest_bias(a, full), _bias_stderr(a, full)
             out[name] = {f"b_{x}": Parameter(values[i], errors[i], "rad/s") for i, x in enumerate(AXES)}
         elif name in a.selection.effects:
-            parameters = effect_parameters(a.likelihood, full, a.selection.effects[name], added_variance(a))
-            doubt = not significant(a, name)
-            out[name] = {n: replace(p, in_doubt=doubt) for n, p in parameters.items()}
+            effect, doubt, fitted = a.selection.effects[name], not significant(a, name), fitted_variance(a)
+            fits = effect_parameters(a.likelihood, full, effect, fitted)
+            whole = effect_parameters(a.likelihood, full, effect, fitted + current_variance(a))
+            out[name] = {n: replace(p, in_doubt=doubt, fitted_stderr=fits[n].stderr) for n, p in whole.items()}
     return out
 
 

@@ -36,9 +36,9 @@ def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bo
     return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
 
 
-def added_variance(a: Analysis) -> FloatArray:
-    """What the fit does not know of the variance of each column's coefficient, shape (P,): all of it is G's."""
-    return rounding_variance(a) + current_variance(a) + _unseen(a)
+def fitted_variance(a: Analysis) -> FloatArray:
+    """What the likelihood does not know of the variance of each column's coefficient, shape (P,): all of it is G's."""
+    return rounding_variance(a) + _unseen(a)
 
 
 def _unseen(a: Analysis) -> FloatArray:
