@@ -12,18 +12,11 @@ import numpy as np
 import pytest
 from tests.domains import own_domain
 
-K = 0.001  # (rad/s)/(m/s^2), of the BNO055's compensation file
+from .compensations import compensation
+
 AMPLITUDE, ANGULAR_FREQUENCY, CYCLES = 0.15, 6.0, 5
 WINDOW = 6.0  # s
 PLAYS = 5  # at most, on a machine that stalls; a fault of ours would spoil each of them
-COMPENSATION = f"""\
-schema: gsense-compensation/1
-sensor: bno055
-unit_id: null
-bias: {{value: [0.0, 0.0, 0.0], unit: rad/s}}
-terms:
-- {{effect: g_sensitivity, k: {K}, unit: (rad/s)/(m/s^2)}}
-"""
 
 
 @dataclass
@@ -114,7 +107,7 @@ def _start(graph: Any, folder: Path) -> None:
 
     bus = folder / "bus"
     file = folder / "compensation.yaml"
-    file.write_text(COMPENSATION)
+    file.write_text(compensation("bno055"))
     graph.start("rig", "gsense_rig", "rig", *parameters(seed=11, bus=bus, effects="['rail_curvature=0.003']"))
     port = graph.start_board("board", "--bus", str(bus), "--no-bench")
     graph.start("bridge", "gsense_driver", "bridge", *parameters(port=port, unit_id="unit-11"))

@@ -17,19 +17,12 @@ from gsense_msgs.msg import RigState
 from tornado.httpclient import HTTPRequest
 from tornado.websocket import websocket_connect
 
+from .compensations import compensation
 from .ears import Ears
 from .processes import Graph, parameters
 
 NAMESPACE = ("-r", "__ns:=/lab")
 STATE = "/lab/rig/state"
-COMPENSATION = """\
-schema: gsense-compensation/1
-sensor: mpu6050
-unit_id: null
-bias: {value: [0.0, 0.0, 0.0], unit: rad/s}
-terms:
-- {effect: g_sensitivity, k: 0.001, unit: (rad/s)/(m/s^2)}
-"""
 
 
 @dataclass
@@ -65,12 +58,12 @@ class Live:
 
 
 def start(graph: Graph, folder: Path) -> Live:
-    bus, compensation = folder / "bus", folder / "compensation.yaml"
-    compensation.write_text(COMPENSATION)
+    bus, file = folder / "bus", folder / "compensation.yaml"
+    file.write_text(compensation("mpu6050"))
     graph.start("rig", "gsense_rig", "rig", *parameters(seed=5, bus=bus), *NAMESPACE)
     port = graph.start_board("board", "--bus", str(bus), "--no-bench")
     graph.start("bridge", "gsense_driver", "bridge", *parameters(port=port, unit_id="unit-5"), *NAMESPACE)
-    filtered = parameters(sensor="mpu6050", compensation_file=compensation)
+    filtered = parameters(sensor="mpu6050", compensation_file=file)
     graph.start("fusion", "gsense_fusion", "fusion", *filtered, *NAMESPACE)
     made = Live(graph, Ears({STATE: RigState}), folder)
     made.start_dashboard()

@@ -27,6 +27,7 @@ from gsense_fusion.bags import load_run
 from gsense_rig.hardware.sim_memory import SIZE, RailMemory
 from gsense_rig.plant.state import SPEED
 
+from .compensations import compensation
 from .ears import Ears
 from .processes import Graph, parameters
 
@@ -45,14 +46,6 @@ PERIOD_NS = 5_000_000
 PATIENCE = 120.0
 SOME = 20_000
 """Bytes more in a bag: its recorder works."""
-COMPENSATION = """\
-schema: gsense-compensation/1
-sensor: mpu6050
-unit_id: null
-bias: {value: [0.0, 0.0, 0.0], unit: rad/s}
-terms:
-- {effect: g_sensitivity, k: 0.001, unit: (rad/s)/(m/s^2)}
-"""
 
 
 @dataclass
@@ -87,7 +80,7 @@ class Kills:
         """Messages in all bags by topic, after `finish`."""
         self.unkept: dict[str, int] = {}
         """Messages that were heard while a bag was open, and are not in it."""
-        (folder / "compensation.yaml").write_text(COMPENSATION)
+        (folder / "compensation.yaml").write_text(compensation("mpu6050"))
         self.ears = Ears(
             {IMU: Imu, POSE: PoseStamped, "/rig/joint_states": JointState, "/rig/state": RigState, "/link": LinkStatus}
             | {STEADY["fusion"]: Imu, STEADY["watch"]: Vector3Stamped}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from .conftest import K
+from .compensations import K
 
 pytestmark = [pytest.mark.graph, pytest.mark.timeout(600)]
 

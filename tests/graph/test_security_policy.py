@@ -72,15 +72,13 @@ def live(tmp_path_factory: pytest.TempPathFactory, domain: int) -> Iterator[dict
     assert os.environ["ROS_DOMAIN_ID"] == str(domain)
     from sensor_msgs.msg import Imu
 
+    from .compensations import compensation
     from .ears import Ears
     from .processes import Graph, parameters
 
     folder = tmp_path_factory.mktemp("policy")
     file = folder / "compensation.yaml"
-    file.write_text(
-        "schema: gsense-compensation/1\nsensor: mpu6050\nunit_id: null\nbias: {value: [0.0, 0.0, 0.0], unit: rad/s}\n"
-        "terms:\n- {effect: g_sensitivity, k: 0.001, unit: (rad/s)/(m/s^2)}\n"
-    )
+    file.write_text(compensation("mpu6050"))
     graph = Graph(folder)
     ears = Ears({"/mpu6050/madgwick/imu/data": Imu})
     try:
