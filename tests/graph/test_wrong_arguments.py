@@ -63,3 +63,31 @@ def test_a_parameter_of_another_type_or_out_of_its_range_is_one_line(package, na
     assert done.stderr.count("\n") == 1
     assert done.stderr.startswith(f"{name}: ")
     assert parameter.partition(":")[0] in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("package", "name", "wrong", "near"),
+    [
+        ("gsense_driver", "bridge", "prot", "port"),
+        ("gsense_driver", "monitor", "use_simtime", "use_sim_time"),
+        ("gsense_fusion", "fusion", "compensation", "compensation_file"),
+        ("gsense_fusion", "watch", "sensors", "sensor"),
+        ("gsense_rig", "dashboard", "folders", "folder"),
+        ("gsense_rig", "record", "topic", "topics"),
+        ("gsense_rig", "rig", "hardwear", "hardware"),
+    ],
+)
+def test_a_mistyped_parameter_is_one_line_with_the_right_one(package, name, wrong, near):
+    command = [str(executable(package, name)), "--ros-args", "-p", f"{wrong}:=x"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr == f"{name}: parameter {wrong} is unknown; the nearest one is {near}\n"
+
+
+def test_a_campaign_has_no_parameters(tmp_path):
+    out = tmp_path / "out"
+    command = [str(executable("gsense_rig", "campaign")), "minimum", "--out", str(out), "--ros-args", "-p", "seed:=1"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("campaign: parameter seed is unknown; ")
+    assert not out.exists()

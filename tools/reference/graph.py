@@ -150,6 +150,7 @@ def _taking_notes(given: dict[str, Any]) -> Iterator[Notes]:
         "__init__": lambda *_, **__: None,
         "declare_parameter": declare,
         "get_parameter": lambda _, name: values[name],
+        "get_parameters_by_prefix": lambda *_: values,
         "create_publisher": publish,
         "create_subscription": subscribe,
         "create_service": serve,
@@ -162,6 +163,7 @@ def _taking_notes(given: dict[str, Any]) -> Iterator[Notes]:
             stack.enter_context(mock.patch(f"rclpy.node.Node.{name}", function))
         for name, function in (("__init__", replaced["__init__"]), ("create_lifecycle_publisher", publish)):
             stack.enter_context(mock.patch(f"rclpy.lifecycle.LifecycleNode.{name}", function))
+        stack.enter_context(mock.patch("rclpy.node.Node._parameter_overrides", {}, create=True))
         yield notes
 
 

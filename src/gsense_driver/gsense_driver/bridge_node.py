@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import sys
 import threading
@@ -10,12 +9,12 @@ import time
 from typing import Any
 
 import rclpy
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.signals import SignalHandlerOptions
 
-from gsense_driver.arguments import ArgumentParser, without_ros
+from gsense_driver.bridge_parameters import declare
 from gsense_driver.diagnostics import raw_log_health
 from gsense_driver.errors import SettingError
 from gsense_driver.messages import Messages
@@ -26,12 +25,10 @@ from gsense_driver.settings import (
     LIVE,
     PARAMETERS,
     TRANSPORT_DELAY,
-    TRANSPORT_DELAY_TEXT,
-    Parameter,
     Settings,
-    default_transport_delay,
     make_settings,
 )
+from gsense_input.arguments import ArgumentParser, without_ros
 
 _STEP_NS = 1_000_000  # a wall clock that moves by more against the steady one was set; smaller is its slewing
 _REPORT_PERIOD_S = 1.0
@@ -42,7 +39,7 @@ class Bridge(LifecycleNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("bridge", **options)
-        self._declare()
+        declare(self)
         self._settings: Settings | None = None
         self._messages: Messages | None = None
         self._session: Session | None = None
@@ -55,19 +52,6 @@ class Bridge(LifecycleNode):
         self.add_on_set_parameters_callback(self._on_parameters)
 
     # Parameters
-
-    def _declare(self) -> None:
-        for parameter in PARAMETERS:
-            self.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
-        port, baud = self.get_parameter("port").value, self.get_parameter("baud").value
-        delay = default_transport_delay(os.path.realpath(port) if "://" not in port else port, baud)
-        text = ParameterDescriptor(
-            description=TRANSPORT_DELAY_TEXT,
-            floating_point_range=[FloatingPointRange(from_value=0.0, to_value=0.1)],
-        )
-        self.declare_parameter(TRANSPORT_DELAY, delay, text)
-        autostart = ParameterDescriptor(description="configure and activate without being asked", read_only=True)
-        self.declare_parameter("autostart", True, autostart)
 
     def _values(self) -> dict[str, Any]:
         names = [parameter.name for parameter in PARAMETERS] + [TRANSPORT_DELAY]
@@ -220,20 +204,6 @@ class Bridge(LifecycleNode):
             self.get_logger().warning(text)
         else:
             self.get_logger().info(text)
-
-
-def _descriptor(parameter: Parameter) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(description=parameter.description)
-    if parameter.choices:
-        descriptor.additional_constraints = "one of " + ", ".join(str(choice) for choice in parameter.choices)
-    if parameter.low is not None and parameter.high is not None:
-        if isinstance(parameter.default, int):
-            low, high = int(parameter.low), int(parameter.high)
-            descriptor.integer_range = [IntegerRange(from_value=low, to_value=high, step=0)]
-        else:
-            low_high = FloatingPointRange(from_value=parameter.low, to_value=parameter.high)
-            descriptor.floating_point_range = [low_high]
-    return descriptor
 
 
 def _wall_offset_ns() -> int:

@@ -14,6 +14,7 @@ from typing import Any
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from gsense_msgs.msg import LinkStatus, Topics
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.qos import qos_profile_sensor_data
@@ -21,11 +22,12 @@ from rich.console import Console
 from rich.live import Live
 from sensor_msgs.msg import BatteryState, Imu, MagneticField, Temperature
 
-from gsense_driver.arguments import ArgumentParser, without_ros
 from gsense_driver.messages import qos
 from gsense_driver.monitor_state import Link, MonitorState, Verdict, own_task, since
 from gsense_driver.monitor_view import line, view
 from gsense_driver.samples import BNO, MPU, SENSORS
+from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.parameters import refuse_unknown
 
 _TASKS = frozenset({"link", "clock", "raw_log", *SENSORS})
 _RAW = tuple(f"{sensor}/{Topics.IMU_RAW}" for sensor in SENSORS)
@@ -39,6 +41,7 @@ class Monitor(Node):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("monitor", **options)
+        refuse_unknown(self)
         self.state = MonitorState((*_RAW, Topics.BNO055_IMU, Topics.BNO055_IMU_MAG))
         subscribe = self.create_subscription
         for topic in (*_RAW, Topics.BNO055_IMU):
@@ -144,6 +147,9 @@ def main(args: list[str] | None = None) -> int:
             _lines(node)
     except (KeyboardInterrupt, ExternalShutdownException):
         pass
+    except ParameterException as error:
+        print(f"monitor: {error}", file=sys.stderr)  # noqa: T201 - there is no node to log by
+        return 2
     finally:
         rclpy.try_shutdown()
     return 0

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import rclpy
+from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 
-from gsense_driver.arguments import ArgumentParser, without_ros
 from gsense_driver.errors import RawLogError, SettingError
 from gsense_driver.messages import Messages
 from gsense_driver.raw_log import (
@@ -28,6 +28,8 @@ from gsense_driver.raw_log import (
 )
 from gsense_driver.session import Outlet, Session
 from gsense_driver.settings import PARAMETERS, make_settings
+from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.parameters import refuse_unknown
 
 _FAST_HZ = 5000.0  # readings per second with --fast: ten times the board's
 _BURST_S = 0.01  # of readings that may come at once
@@ -174,10 +176,11 @@ def main(args: list[str] | None = None) -> int:
     rclpy.init(args=arguments)
     try:
         node = Node("bridge")  # it stands in the bridge's place: `/diagnostics` carries the node's name
+        refuse_unknown(node)
         _run(node, options)
     except KeyboardInterrupt:
         return 130
-    except (RawLogError, SettingError) as error:
+    except (ParameterException, RawLogError, SettingError) as error:
         print(f"replay: {error}", file=sys.stderr)
         return 2
     except OSError as error:

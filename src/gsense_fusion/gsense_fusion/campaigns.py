@@ -7,7 +7,7 @@ from pathlib import Path
 
 from gsense_fusion.bags import is_bag
 from gsense_fusion.identification.types import IdentificationError, Role
-from gsense_fusion.yaml_text import parse_yaml
+from gsense_input.yaml_text import parse_yaml
 
 INDEX = "index.yaml"
 

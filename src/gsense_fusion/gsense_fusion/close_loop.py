@@ -11,7 +11,6 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gsense_fusion.arguments import ArgumentParser
 from gsense_fusion.cli import add_bag_arguments, guarded, roles
 from gsense_fusion.closing import Request, result_files, run_request, write_files
 from gsense_fusion.comparison.command import compare_paths
@@ -20,6 +19,7 @@ from gsense_fusion.identification.types import Role
 from gsense_fusion.many.command import Options, run_many
 from gsense_fusion.many.manifest import Choices
 from gsense_fusion.report.words import one_sentence
+from gsense_input.arguments import ArgumentParser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

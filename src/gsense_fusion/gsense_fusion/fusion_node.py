@@ -18,6 +18,8 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
 
+from gsense_input.parameters import refuse_unknown
+
 from .attitude.fusion import Fusion
 from .attitude.registry import UnknownFilterError, channels
 from .bags.imu_message import packed, parse_imu
@@ -41,6 +43,7 @@ class FusionNode(Node):
     def __init__(self) -> None:
         super().__init__("fusion")
         self._declare()
+        refuse_unknown(self)
         self._asked = str(self.get_parameter("sensor").value)
         topics = SensorTopics.of(self._asked)
         self.sensor = topics.name

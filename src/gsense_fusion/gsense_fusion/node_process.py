@@ -15,7 +15,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gsense_fusion.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import ArgumentParser, without_ros
 
 
 def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:

@@ -19,6 +19,8 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
+from gsense_input.parameters import refuse_unknown
+
 from .bags.topics import sensor_name
 from .compensation import CompensationError, load_compensation
 from .inputs import Inputs
@@ -41,6 +43,7 @@ class WatchNode(Node):
             "sensor", "mpu6050", _text("the sensor's name, first part of its topics; or a whole topic")
         )
         self.declare_parameter("compensation_file", "", _text("compensation.yaml that close_loop or calibrate wrote"))
+        refuse_unknown(self)
         asked = str(self.get_parameter("sensor").value)
         topics = SensorTopics.of(asked)
         self.sensor = topics.name

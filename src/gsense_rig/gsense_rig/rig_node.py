@@ -22,7 +22,8 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gsense_fusion.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.parameters import refuse_unknown
 from gsense_rig import drive_file, rig_messages, rig_settings
 from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.ending import Ending
@@ -73,6 +74,7 @@ class RigNode(Node):
     def __init__(self, ended: threading.Event) -> None:
         super().__init__("rig")
         self.settings = rig_settings.declare(self)
+        refuse_unknown(self)
         self._ended = ended
         self._spec = self.settings.process_spec()
         self._host_time = HostTime(measured_offset_ns())

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gsense_fusion.compensation.document import Section
-from gsense_fusion.yaml_text import parse_yaml
+from gsense_input.yaml_text import parse_yaml
 
 
 class ManifestError(ValueError):

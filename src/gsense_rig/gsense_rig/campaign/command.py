@@ -16,11 +16,12 @@ from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
+from rclpy.exceptions import ParameterException
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from gsense_fusion.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import ArgumentParser, without_ros
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
 from gsense_rig.campaign.live import Limits, LiveCampaign, LiveResult, Step
@@ -58,7 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
                 limits=Limits(loss=options.max_loss),
                 progress=bar.show,
             ).run()
-    except (PlanError, CampaignIndexError, DefinitionError) as error:
+    except (PlanError, CampaignIndexError, DefinitionError, ParameterException) as error:
         return _say(str(error), UNUSABLE)
     except (CampaignError, OSError) as error:
         goes_on = begun and (options.out / INDEX).is_file()

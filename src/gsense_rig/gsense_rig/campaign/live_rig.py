@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
+from gsense_input.parameters import refuse_unknown
 from gsense_rig.campaign.carriage import STILL_AFTER, STILL_BEFORE
 from gsense_rig.campaign.crew import CampaignError, LinkFigures, RunOutcome, Show
 from gsense_rig.campaign.plan import PlanRun
@@ -68,6 +69,7 @@ class LiveRig:
         self._context = Context()
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         self.node = rclpy.create_node("campaign", context=self._context)
+        refuse_unknown(self.node)
         self._store = typestore()
         self.node.create_subscription(LinkStatus, Topics.LINK, self._on_link, 10)
         self.node.create_subscription(RigState, Topics.RIG_STATE, self._on_state, 100)

@@ -18,7 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_fusion.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import ArgumentParser, without_ros
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions

@@ -15,6 +15,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
+from gsense_input.parameters import refuse_unknown
 from gsense_rig.dashboard import messages
 from gsense_rig.dashboard.settings import DashboardSettings, declare
 from gsense_rig.dashboard.snapshot import GCOMP
@@ -42,6 +43,7 @@ class DashboardNode(Node):
     def __init__(self, **options: Any) -> None:
         super().__init__("dashboard", **options)
         self.settings: DashboardSettings = declare(self)
+        refuse_unknown(self)
         self.state = GraphState()
         self.watched: frozenset[tuple[str, str]] = frozenset()
         """Sensor and filter of each page; set by the server."""

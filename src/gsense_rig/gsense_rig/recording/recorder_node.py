@@ -13,6 +13,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventType
 from rclpy.node import Node
 from rosbags.typesys.store import Typestore
 
+from gsense_input.parameters import refuse_unknown
 from gsense_rig.recording import discovery
 from gsense_rig.recording.typestore import knows
 from gsense_rig.recording.writer_thread import MAX_QUEUE, BagThread, Summary, Topic
@@ -29,6 +30,7 @@ class RecorderNode(Node):
         super().__init__("record", **options)
         self.heard: Counter[str] = Counter()
         self._declare()
+        refuse_unknown(self)
         self._store = store
         self._bag: BagThread | None = None
         self._subscriptions_by_topic: dict[str, Any] = {}
