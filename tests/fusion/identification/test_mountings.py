@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
+from gsense_fusion.identification.motion.grouping import find_mountings
 from gsense_fusion.identification.motion.mounting import (
     RunGeometry,
     common_delay,
-    find_mountings,
     force_geometry,
     run_delays,
 )
@@ -19,9 +19,17 @@ COUNT_M = 5e-5
 
 
 def geometry(
-    turned: bool, waves: tuple[tuple[float, float], ...], seed: int, moved: bool = True, late_s: float = 0.0
+    turned: bool,
+    waves: tuple[tuple[float, float], ...],
+    seed: int,
+    moved: bool = True,
+    late_s: float = 0.0,
+    tilt: float = 0.0,
 ) -> RunGeometry:
-    """A run of 25 s: rest, a motion of some waves (m, rad/s), rest; the board at an odd angle about the vertical."""
+    """A run of 25 s: rest, a motion of some waves (m, rad/s), rest; the board at an odd angle about the vertical.
+
+    The carriage is tilted (rad) across the rail: the turned board feels that the other way round.
+    """
     rng = np.random.default_rng(seed)
     time = np.arange(0.0, 25.0, 0.005)
     fade = np.clip(np.minimum(time - 2.0, 23.0 - time), 0.0, 2.0) / 2.0
@@ -30,7 +38,8 @@ def geometry(
     acceleration = np.gradient(np.gradient(position, 0.005), 0.005)
     angle = 0.3 + np.pi * turned
     along = np.array([np.cos(angle), -np.sin(angle), 0.0])
-    force = np.array([0.0, 0.0, GRAVITY]) + np.outer(acceleration, along) + rng.normal(0.0, 0.04, (len(time), 3))
+    up = np.array([-along[1] * tilt, along[0] * tilt, 1.0])
+    force = GRAVITY * up + np.outer(acceleration, along) + rng.normal(0.0, 0.04, (len(time), 3))
     return force_geometry(time + late_s, force, CarriageMotion(time, COUNT_M * np.round(position / COUNT_M)))
 
 
@@ -54,6 +63,23 @@ def test_a_session_without_any_sine_has_a_direction() -> None:
 
 def test_a_rest_has_no_heading() -> None:
     assert geometry(False, ODD, 7, moved=False).heading is None
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.02])
+def test_a_rest_of_the_turned_board_is_of_its_mounting(tilt: float) -> None:
+    """The last run only rests: a board that is not quite level feels how it is turned, else the run before it tells."""
+    turned = (False, False, True, True, False, True)
+    moved = (False, True, True, True, True, False)
+    order = (0, 1, 4, 2, 3, 5)
+    runs = [geometry(turned[i], SINE, 20 + i, moved[i], tilt=tilt) for i in order]
+    _, member = find_mountings(runs)
+    assert [k == member[0] for k in member] == [not turned[i] for i in order]
+
+
+def test_gravity_tells_the_mounting_of_a_rest_between_runs_of_another() -> None:
+    runs = [geometry(i > 1, SINE, 30 + i, i != 3, tilt=0.02) for i in range(4)]
+    _, member = find_mountings([runs[3], *runs[:3]])
+    assert member[0] == member[3] != member[1] == member[2]
 
 
 def test_motions_that_are_no_sines_tell_the_delay() -> None:

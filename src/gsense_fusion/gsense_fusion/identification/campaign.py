@@ -10,13 +10,13 @@ from scipy.fft import prev_fast_len
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
 from gsense_fusion.identification.motion.felt_harmonics import with_felt_orders
+from gsense_fusion.identification.motion.grouping import find_mountings
 from gsense_fusion.identification.motion.mounting import (
     NOMINAL,
     Delay,
     Mounting,
     RunGeometry,
     common_delay,
-    find_mountings,
     run_delays,
     run_geometry,
 )

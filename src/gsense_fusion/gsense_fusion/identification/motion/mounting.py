@@ -1,9 +1,9 @@
-"""How the board sits on the carriage and how late its samples are: from gravity and the accelerometer in motion."""
+"""How the board sits on the carriage in a run and how late its samples are: from gravity and the accelerometer."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,8 +13,6 @@ from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics,
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import GRAVITY, FloatArray
 
-SAME_MOUNTING_RAD = 0.14
-"""Two runs whose gravity and rail directions differ by less (8 degrees) are one mounting."""
 ROUGH_HEADING_RAD = 0.1
 LEAST_SAMPLES = 100
 FELT = 0.5
@@ -91,14 +89,6 @@ class RunGeometry:
     def own_delay(self) -> Delay | None:
         """Of the steady sine, else of the motion as it is."""
         return self.delay or (self.heading.delay if self.heading else None)
-
-
-@dataclass
-class _Cluster:
-    up: list[FloatArray] = field(default_factory=list)
-    norm: list[float] = field(default_factory=list)
-    along: list[tuple[FloatArray, float]] = field(default_factory=list)
-    headings: list[Heading] = field(default_factory=list)
 
 
 def run_geometry(run: CleanRun, motion: CarriageMotion | None) -> RunGeometry:
@@ -232,69 +222,3 @@ def wandering_delay(geometry: Sequence[RunGeometry]) -> str | None:
         return None
     between = f"between {1e3 * min(known):.1f} and {1e3 * max(known):.1f} ms"
     return f"the encoder's delay lies {between}, run by run: two clocks drift apart; synchronise them"
-
-
-def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], list[int | None]]:
-    """Group the runs by mounting.
-
-    Returns:
-        The mountings and, for each run, the number of its mounting (None where the sensor has no accelerometer).
-
-    """
-    clusters: list[_Cluster] = []
-    member: list[int | None] = [None] * len(geometry)
-    # runs that move first, and of these the ones that are known best
-    order = sorted(range(len(geometry)), key=lambda i: (geometry[i].along is None, geometry[i].heading is None))
-    for i in order:
-        g = geometry[i]
-        norm = float(np.linalg.norm(g.mean_force))
-        if not np.isfinite(norm) or norm < 1.0:
-            continue
-        up = g.mean_force / norm
-        along = None if g.along is None else g.along / np.linalg.norm(g.along)
-        number = next((k for k, c in enumerate(clusters) if _fits(c, up, along, g.heading)), None)
-        if number is None:
-            clusters.append(_Cluster())
-            number = len(clusters) - 1
-        cluster = clusters[number]
-        cluster.up.append(up)
-        cluster.norm.append(norm)
-        if along is not None and g.delay is not None:
-            cluster.along.append((along, 1.0 / g.delay.stderr**2))
-        elif g.heading is not None:
-            cluster.headings.append(g.heading)
-        member[i] = number
-    return [_mounting(c) for c in clusters], member
-
-
-def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None, heading: Heading | None) -> bool:
-    if _angle(np.mean(cluster.up, axis=0), up) > SAME_MOUNTING_RAD:
-        return False
-    known = _along(cluster)
-    if known is None or (along is None and heading is None):
-        return True
-    if along is not None:
-        return _angle(known, along) < SAME_MOUNTING_RAD
-    assert heading is not None  # noqa: S101 # for mypy
-    return _angle(known, heading.along) < SAME_MOUNTING_RAD + 3.0 * heading.stderr
-
-
-def _along(cluster: _Cluster) -> FloatArray | None:
-    """The rail's direction in a cluster's runs: of the steady sines where there are any; not of unit length."""
-    if cluster.along:
-        return np.asarray(np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along]))
-    if cluster.headings:
-        weights = [1.0 / h.stderr**2 for h in cluster.headings]
-        return np.asarray(np.average([h.along for h in cluster.headings], axis=0, weights=weights))
-    return None
-
-
-def _mounting(cluster: _Cluster) -> Mounting:
-    up = np.mean(cluster.up, axis=0)
-    along = _along(cluster)
-    along = None if along is None else along / np.linalg.norm(along)
-    return Mounting(up / np.linalg.norm(up), along, float(np.mean(cluster.norm)))
-
-
-def _angle(a: FloatArray, b: FloatArray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
