@@ -38,7 +38,7 @@ def _chatter(_run: Run, position: np.ndarray, acceleration: np.ndarray) -> np.nd
     rng = np.random.default_rng(31)
     band = butter(3, (28.0, 33.0), "bandpass", fs=200.0, output="sos")
     noise = sosfilt(band, rng.standard_normal((len(position), 3)), axis=0) * QUIET * np.sqrt(100.0)
-    return 1.4 * noise * float(np.abs(acceleration).max() > 8.0)
+    return 1.2 * noise * float(np.abs(acceleration).max() > 8.0)
 
 
 def _dent(run: Run, position: np.ndarray, _acceleration: np.ndarray) -> np.ndarray:

@@ -81,11 +81,11 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
     level = [np.maximum(w.power[away_above(w)].mean(axis=0), 1e-30) for w in moving]
     top = max((float(w.frequency[-1]) for w in moving), default=0.0)
     edges = [LOWEST_HZ]
-    while edges[-1] * BAND < top:
-        edges.append(edges[-1] * BAND)
+    while edges[-1] * np.sqrt(BAND) < top:
+        edges.append(edges[-1] * np.sqrt(BAND))
     best: Uneven | None = None
     looks = 0
-    for low, high in itertools.pairwise(edges):
+    for low, high in zip(edges, edges[2:], strict=False):  # what straddles an edge lies in the middle of the next
         used = [(w.frequency >= low) & (w.frequency < high) & w.away_from_orders() for w in moving]
         windows = [(w, u, own) for w, u, own in zip(moving, used, level, strict=True) if u.sum() >= LEAST_BINS]
         if len(windows) < 2:
