@@ -9,7 +9,7 @@
 #define WDT_SOFTWARE 0x1Fu /* in CONFIG3: the program chooses the period */
 
 void pic_push(pic *p, uint16_t target); /* instructions_control.c */
-void pic_map_memory(pic *p);            /* memory.c */
+void pic_map_memory(pic *p);            /* memory_map.c */
 
 /* system.c, watchdog.c: events, interrupts, clock, watchdog */
 void pic_at(pic *p, pic_event event, uint64_t cycles);

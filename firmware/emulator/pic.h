@@ -91,7 +91,7 @@ struct pic {
     uint8_t stkptr; /* 0x1F: empty */
     bool asleep;
     uint8_t mem[PIC_DATA];
-    uint8_t kind[PIC_DATA]; /* 0: plain, see memory.c */
+    uint8_t kind[PIC_DATA]; /* 0: plain, see memory_map.h */
     bool look[PIC_DATA];    /* reading it needs pic_read */
     pic_op code[PIC_WORDS];
     uint16_t stack[PIC_STACK];

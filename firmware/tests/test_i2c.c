@@ -81,6 +81,17 @@ static void counters_stop_at_their_end(void **state)
     assert_int_equal(bus.stuck, 255);
 }
 
+static void failed_writes_are_counted_up_to_255(void **state)
+{
+    (void)state;
+    fake.fail_mpu = HAL_STUCK;
+    for (int i = 0; i < 300; ++i) {
+        assert_false(i2c_write_byte(&bus, MPU_ADDRESS, 0x19, 0));
+    }
+    assert_int_equal(bus.errors, 255);
+    assert_int_equal(fake.recoveries, 300);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -89,6 +100,7 @@ int main(void)
         cmocka_unit_test_setup(a_shorted_line_ends_the_attempt_and_is_counted, setup),
         cmocka_unit_test_setup(a_deadline_is_told_apart, setup),
         cmocka_unit_test_setup(counters_stop_at_their_end, setup),
+        cmocka_unit_test_setup(failed_writes_are_counted_up_to_255, setup),
     };
     return cmocka_run_group_tests_name("i2c", tests, NULL, NULL);
 }

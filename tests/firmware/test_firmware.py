@@ -13,7 +13,10 @@ import pytest
 from tests.firmware.build import FIRMWARE
 from tests.firmware.host_board import uncobs
 
-C_TESTS = ("frame", "cobs", "scheduler", "sample_clock", "sensors", "i2c", "nrf24", "receiver", "board", "emulator")
+C_TESTS = (
+    *("frame", "cobs", "scheduler", "sample_clock", "mpu6050", "bno055", "analogue", "i2c", "nrf24", "nrf24_faults"),
+    *("receiver", "board", "board_faults", "emulator_buses", "emulator_core", "emulator_times"),
+)
 
 
 @pytest.fixture
