@@ -13,6 +13,7 @@ from gsense_fusion.identification.effects.statistical import Explanation, Seen, 
 from gsense_fusion.identification.likelihood.model import Likelihood
 from gsense_fusion.identification.types import AXES, FloatArray, IntArray, Owner, Parameter
 from gsense_fusion.identification.verdict.fast_part import LOWEST_HZ, away_above, fast_part, in_blocks
+from gsense_fusion.identification.verdict.growing_noise import mean_square_speed
 from gsense_fusion.identification.verdict.residual import WindowResidual
 
 BLOCK_S = 0.1
@@ -65,7 +66,9 @@ class SpeedNoise(StatisticalEffect):
             "s": Parameter(float(np.sqrt(np.mean(s**2))), float(np.linalg.norm(spread) / 3), "rad/s at 1 m/s")
         }
         bands = _band_slopes(likelihood, moving)
-        level = 1.0 + max(float(b.max()) for b in bands.values()) * max(_mean_v2(likelihood, w) for w in moving)
+        level = 1.0 + max(float(b.max()) for b in bands.values()) * max(
+            mean_square_speed(likelihood, w) for w in moving
+        )
         z = float(slope.sum() / np.linalg.norm(error))
         axes = tuple(x for i, x in enumerate(AXES) if slope[i] > 3 * error[i])
         return Explanation(
@@ -126,7 +129,7 @@ def _band_slopes(likelihood: Likelihood, windows: Sequence[WindowResidual]) -> d
 
     What the rails stir up need not have the spectrum of the sensor's own noise.
     """
-    v2 = np.array([_mean_v2(likelihood, w) for w in windows])
+    v2 = np.array([mean_square_speed(likelihood, w) for w in windows])
     out = {}
     for band in sorted({int(b) for w in windows for b in np.unique(_octave(w))}):
         used = [away_above(w) & (_octave(w) == band) for w in windows]
@@ -152,10 +155,5 @@ def _scaled(
     out = []
     for w in windows:
         slope = np.array([bands.get(int(b), np.zeros(3)) for b in _octave(w)])
-        out.append(replace(w, spectrum=w.spectrum / np.sqrt(1.0 + slope * _mean_v2(likelihood, w))))
+        out.append(replace(w, spectrum=w.spectrum / np.sqrt(1.0 + slope * mean_square_speed(likelihood, w))))
     return out
-
-
-def _mean_v2(likelihood: Likelihood, residual: WindowResidual) -> float:
-    velocity = likelihood.source.of(residual.data, Templates()).kinematics.velocity
-    return float(np.mean(velocity[residual.window.start : residual.window.stop] ** 2))

@@ -19,19 +19,18 @@ from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
 from gsense_fusion.identification.verdict.courses import courses
 from gsense_fusion.identification.verdict.exertion import exertion
+from gsense_fusion.identification.verdict.growing_noise import MODEL_ERROR, growing_noise
 from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
-from gsense_fusion.identification.verdict.uneven_noise import KINDS, uneven_noise
+from gsense_fusion.identification.verdict.uneven_noise import KINDS, Uneven, uneven_noise
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 7
 SLOW_SHARE = 0.1
 """Of a family's share, for tests of block means: how a bias itself warms up is not quite the drift that they allow."""
 BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
-MODEL_ERROR = 0.02
-"""Relative error of the spectrum beyond what its ordinates say (`NoiseModel.covariance`): noise is not quite steady."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +102,8 @@ def find_symptoms(
     if moving:
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, still, alpha)
-        found += _bands(moving, still, alpha)
-        found += _uneven(likelihood, fit, moving, alpha)
+        found += _bands(moving, still, alpha / 2) + _uneven("band", growing_noise(likelihood, windows), alpha / 2)
+        found += _uneven("uneven", uneven_noise(likelihood, fit, moving), alpha / KINDS)
     found += _intensity(likelihood, fit, SLOW_SHARE * alpha, level)
     found += _courses(likelihood, fit, SLOW_SHARE * alpha)
     found += _drift(likelihood, fit, alpha)
@@ -198,10 +197,10 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
     return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
 
 
-def _uneven(likelihood: Likelihood, fit: Fit, moving: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
-    """Noise in one run, at one place, or where the carriage is accelerated."""
-    sure = [x for x in uneven_noise(likelihood, fit, moving) if x.p_value < alpha / KINDS]
-    return [Symptom("uneven", (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
+def _uneven(kind: str, found: Sequence[Uneven], alpha: float) -> list[Symptom]:
+    """Noise that is not everywhere the same: in one run, at one place, where the carriage is accelerated or fast."""
+    sure = [x for x in found if x.p_value < alpha]
+    return [Symptom(kind, (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
 
 
 @dataclass(frozen=True, eq=False)

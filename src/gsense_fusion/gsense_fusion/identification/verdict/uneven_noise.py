@@ -103,7 +103,7 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
             words = f"noise of {low:.3g} to {high:.3g} Hz in one run alone, {_speed(windows[i][0])}"
             window, bins, own = windows[i]
             excess = float(own[axis] * (power[i, axis] / count[i, axis] - others[i, axis]))
-            best = Uneven(float(p[i, axis]), int(axis), _rms(window, bins, int(axis), excess), words)
+            best = Uneven(float(p[i, axis]), int(axis), excess_rms(window, bins, int(axis), excess), words)
     return best.after(looks) if best is not None else None
 
 
@@ -127,7 +127,7 @@ def one_place(rows: Sequence[Blocks], window: WindowResidual) -> Uneven | None:
         p = float(norm.sf(z[axis]))
         if best is None or p < best.p_value:
             excess = float(np.mean(here[:, axis] ** 3) - np.mean(there[:, axis] ** 3))
-            rms = _rms(window, away_above(window), axis, excess)
+            rms = excess_rms(window, away_above(window), axis, excess)
             best = Uneven(p, axis, rms, f"more noise at one place of the rail, {low:.3f} to {high:.3f} m")
     return best.after(looks) if best is not None else None
 
@@ -147,7 +147,7 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
     all_axes = float(z.sum() / np.sqrt(max(int((error > 0).sum()), 1)))
     high = driver[:, 0] > np.quantile(driver, 0.75)
     cubes = np.concatenate([r.root[:, axis] ** 3 for r in rows])
-    rms = _rms(window, away_above(window), axis, float(cubes[high].mean() - cubes[~high].mean()))
+    rms = excess_rms(window, away_above(window), axis, float(cubes[high].mean() - cubes[~high].mean()))
     p = (len(z) + 1) * float(norm.sf(max(float(z[axis]), all_axes)))
     return Uneven(min(1.0, p), axis, rms, "more noise where the carriage is accelerated")
 
@@ -191,7 +191,7 @@ def _within(position: FloatArray, low: float, high: float) -> BoolArray:
     return np.asarray((position >= low) & (position < high))
 
 
-def _rms(window: WindowResidual, used: BoolArray, axis: int, excess: float) -> float:
+def excess_rms(window: WindowResidual, used: BoolArray, axis: int, excess: float) -> float:
     """Of so many times the noise at rest in some bins of an axis, rad/s."""
     weight = window.bins.weight[used, axis]
     variance = float(np.sum(4.0 / weight[weight > 0] ** 2)) / len(window.window) ** 2
