@@ -136,6 +136,8 @@ class Likelihood:
         self._turning = frozenset(e.name for e in turning)
         self.searched: dict[tuple[frozenset[str], Templates, str], tuple[FloatArray, FloatArray]] = {}
         """What `interval.searched` found out."""
+        self.tops: dict[tuple[frozenset[str], Templates, str], list[Fit]] = {}
+        """What `other_tops.other_tops` found out."""
         self._slow_names = frozenset(e.name for e in effects if e.slow)
         self._slow_fields = frozenset(t.field for e in effects if e.slow for t in e.templates)
         self._drifts: dict[tuple[frozenset[str], Templates], dict[int, Drift]] = {}
