@@ -14,12 +14,16 @@ from gsense_fusion.identification.verdict.residual import WindowResidual
 RATE_HZ, SAMPLES = 200.0, 7200
 
 
-def _away(w: float) -> tuple[np.ndarray, np.ndarray]:
+def _residual(w: float) -> WindowResidual:
     frequency = np.fft.rfftfreq(SAMPLES, 1 / RATE_HZ)[1:]
     data: Any = SimpleNamespace(run=SimpleNamespace(rate_hz=RATE_HZ), motion=SimpleNamespace(angular_frequency=w))
     bins: Any = SimpleNamespace(frequency=frequency)
-    residual = WindowResidual(data, Window(0, SAMPLES, moving=True), bins, np.zeros((2, len(frequency), 3)))
-    return frequency, residual.away_from_orders()
+    return WindowResidual(data, Window(0, SAMPLES, moving=True), bins, np.zeros((2, len(frequency), 3)))
+
+
+def _away(w: float) -> tuple[np.ndarray, np.ndarray]:
+    residual = _residual(w)
+    return residual.frequency, residual.away_from_orders()
 
 
 @pytest.mark.parametrize("order", [12, 48, 99, 112])
@@ -35,3 +39,11 @@ def test_an_order_is_left_out_where_it_shows(order: int) -> None:
 def test_enough_is_left_to_test(w: float) -> None:
     frequency, away = _away(w)
     assert away[frequency > 20.0].mean() > 0.4
+
+
+@pytest.mark.parametrize(("order", "stays"), [(30, False), (99, False), (125, False), (135, False), (5, True)])
+def test_what_folds_above_the_band_of_the_fit_is_taken_out(order: int, stays: bool) -> None:
+    """The 135th order of 8 rad/s is at 172 Hz and shows at 28 Hz: a kick's lines in the bins between the orders."""
+    sine = np.cos(order * 8.0 / RATE_HZ * np.arange(SAMPLES) + 0.4)[:, None]
+    left = _residual(8.0).between_orders(sine)
+    assert np.std(left) == pytest.approx(np.std(sine) if stays else 0.0, abs=1e-3)

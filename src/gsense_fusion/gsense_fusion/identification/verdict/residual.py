@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from gsense_fusion.identification.campaign import RunData, Window
-from gsense_fusion.identification.likelihood.bins import USED_BAND, Bins, rows_by_axis, window_bins
+from gsense_fusion.identification.likelihood.bins import HIGHEST_HZ, USED_BAND, Bins, rows_by_axis, window_bins
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.store import predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
@@ -46,6 +46,8 @@ class WindowResidual:
     bins: Bins
     spectrum: FloatArray
     """Real and imaginary parts of unit variance where the model is complete, shape (2, m, 3); zero for absent axes."""
+    folded: FloatArray | None = None
+    """What may fold of the answers to the force's rate of change, as `power`, shape (m, 3); None where nothing."""
 
     @property
     def frequency(self) -> FloatArray:
@@ -79,8 +81,9 @@ class WindowResidual:
         width = 1.0 if w is None else self._order_width(w)
         if w is None or width >= NARROW:
             return series
-        reached = 1.0 - FOLDED_FROM if width < WIDEST_FOLDED else USED_BAND
-        return without_high_orders(series, w, self.data.run.rate_hz, reached)
+        rate_hz = self.data.run.rate_hz  # what folds into the band of the fit lies among the drive's low orders
+        reached = max(1.0 - FOLDED_FROM, 1.0 - HIGHEST_HZ / rate_hz) if width < WIDEST_FOLDED else USED_BAND
+        return without_high_orders(series, w, rate_hz, reached)
 
     def _order_width(self, w: float) -> float:
         """What an order may reach to either side, in orders of the drive in rad/s."""
@@ -126,7 +129,9 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
             result = replace(result, spectrum=rows[:, :, 0].reshape(2, -1, 3))
             if len(beyond) > 1:
                 extra = _beyond_the_drive(result, left[:, 3:], model[cut])
-                result = replace(result, spectrum=result.spectrum - _through_g(likelihood, fit, result, extra))
+                folded = _may_fold(likelihood, fit, result, extra)
+                known = result.spectrum - _through_g(likelihood, fit, result, extra)
+                result = replace(result, spectrum=known, folded=folded)
                 felt.append((len(out), extra))
             out.append(result)
     cleaned = without_coherent([out[i] for i, _ in felt], [extra for _, extra in felt])
@@ -157,17 +162,44 @@ def _through_g(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra
 
 def _through_mount(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> ComplexArray:
     """What the effects of the fit that answer to vibration make of what the accelerometer feels, shape (m, 3)."""
-    out = np.zeros_like(extra.felt)
+    along, answer = (
+        _felt_along(likelihood, fit, residual, extra),
+        _answer(likelihood, fit, residual, residual.frequency),
+    )
+    return np.zeros_like(extra.felt) if along is None else np.asarray(along[:, None] * answer)
+
+
+def _may_fold(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> FloatArray | None:
+    """What is left at most where a part of what is felt has folded, over the noise's expectation, shape (m, 3).
+
+    Nothing tells which part. A response that grows with frequency makes more of it than of what is felt at its own
+    frequency; in halves, a regression on what is felt leaves a quarter of the difference's square.
+    """
+    along, rate_hz = _felt_along(likelihood, fit, residual, extra), residual.data.run.rate_hz
+    known = _answer(likelihood, fit, residual, np.array([HIGHEST_HZ]))
+    if along is None or not known.any():
+        return None
+    frequency = np.where(residual.frequency > FOLDED_FROM * rate_hz, residual.frequency, rate_hz / 2)
+    more = np.abs(known) * (rate_hz - 2.0 * frequency)[:, None] / HIGHEST_HZ
+    return np.asarray((more * np.abs(along)[:, None] * residual.bins.weight) ** 2 / 8.0)
+
+
+def _felt_along(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> ComplexArray | None:
+    """Spectrum of what is felt along the rail, shape (m,); None where its direction is not known."""
+    mounting = likelihood.source.of(residual.data, fit.templates).mounting
+    return None if mounting is None or mounting.along is None else np.asarray(extra.felt @ mounting.along)
+
+
+def _answer(likelihood: Likelihood, fit: Fit, residual: WindowResidual, frequency_hz: FloatArray) -> ComplexArray:
+    """What the effects of the fit make of a vibration along the rail, by frequency, shape (m, 3)."""
+    out = np.zeros((len(frequency_hz), 3), dtype=complex)
     drivers = likelihood.source.of(residual.data, fit.templates)
-    if drivers.mounting is None or drivers.mounting.along is None:
-        return out
-    along = extra.felt @ drivers.mounting.along
     beta = fit.beta_in(residual.data.mounting_number)
     for effect in (e for e in likelihood.effects if e.name in fit.names):
-        answer = effect.vibration(residual.frequency, drivers)
+        answer = effect.vibration(frequency_hz, drivers)
         if answer is not None:
-            out = out + along[:, None] * (answer @ beta[likelihood.columns.index(frozenset({effect.name}))])
-    return np.asarray(out)
+            out += answer @ beta[likelihood.columns.index(frozenset({effect.name}))]
+    return out
 
 
 @dataclass(frozen=True)

@@ -183,11 +183,14 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
             if count < 30 or rest_count < 30 or rest.mean <= 0.0:  # a coarse step may leave nothing at rest
                 continue
             looks += 1
+            folded = max(motion.folded - rest.folded, 0.0)
             # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
             spectrum = moving[0].bins.noise[axis].variance_between(motion.frequency, rest.frequency)
             known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2 + spectrum)
-            z = float(norm.isf(np.clip(fisher.sf(motion.mean / rest.mean, 2 * count, 2 * known), 1e-300, 1.0)))
-            excess = (motion.mean - rest.mean) * motion.variance
+            z = float(
+                norm.isf(np.clip(fisher.sf(motion.mean / (rest.mean + folded), 2 * count, 2 * known), 1e-300, 1.0))
+            )
+            excess = (motion.mean - rest.mean - folded) * motion.variance
             if worst is None or z > worst[0]:
                 worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
     if worst is None or norm.sf(worst[0]) > alpha / looks:
@@ -209,6 +212,8 @@ class _Band:
 
     mean: float
     """Of their power over its expectation."""
+    folded: float
+    """What of it may be folded at most."""
     frequency: FloatArray
     """Of each, Hz."""
     variance: float
@@ -216,17 +221,17 @@ class _Band:
 
 
 def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> _Band:
-    power: list[FloatArray] = [np.zeros(0)]
-    frequency: list[FloatArray] = [np.zeros(0)]
+    ordinates: list[FloatArray] = [np.zeros((3, 0))]
     variance = 0.0
     for w in windows:
         inside = (w.frequency >= low) & (w.frequency < high) & w.away_from_orders() & (w.bins.weight[:, axis] > 0)
-        power.append(w.power[inside, axis])
-        frequency.append(w.frequency[inside])
+        folded = np.zeros(len(inside)) if w.folded is None else w.folded[:, axis]
+        ordinates.append(np.stack([w.frequency, w.power[:, axis], folded])[:, inside])
         n = len(w.window)
         variance = max(variance, float(np.sum(4.0 / (n**2 * np.maximum(w.bins.weight[inside, axis], 1e-30) ** 2))))
-    values = np.concatenate(power)
-    return _Band(float(values.mean()) if len(values) else 1.0, np.concatenate(frequency), variance)
+    frequency, *values = np.concatenate(ordinates, axis=1)
+    mean, folded_mean = (float(v.mean()) for v in values) if len(frequency) else (1.0, 0.0)
+    return _Band(mean, folded_mean, frequency, variance)
 
 
 def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> list[Symptom]:
