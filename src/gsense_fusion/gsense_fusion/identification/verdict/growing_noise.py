@@ -38,7 +38,7 @@ def growing_noise(likelihood: Likelihood, windows: Sequence[WindowResidual]) -> 
     if np.ptp(driver) <= 0.0:
         return []
     count = np.array([c[axes] for _, _, c in told], dtype=float)
-    power = np.array([w.power[u][:, axes].sum(axis=0) for w, u, _ in told])
+    power = np.array([w.unfolded[u][:, axes].sum(axis=0) for w, u, _ in told])
     level = np.column_stack([power / count, power.sum(axis=1) / count.sum(axis=1)])
     variance = 1.0 / np.column_stack([count, count.sum(axis=1)]) + MODEL_ERROR**2
     slope, error = _trend(driver, level, variance)

@@ -60,6 +60,11 @@ class WindowResidual:
         return np.asarray(np.sum(self.spectrum**2, axis=0) / 2.0)
 
     @property
+    def unfolded(self) -> FloatArray:
+        """The power without what may be folded at most, shape (m, 3)."""
+        return self.power if self.folded is None else np.asarray(self.power - self.folded)
+
+    @property
     def resolution_hz(self) -> float:
         """Distance of the bins."""
         return self.data.run.rate_hz / len(self.window)

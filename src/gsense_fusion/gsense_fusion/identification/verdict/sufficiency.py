@@ -5,21 +5,20 @@ A whole family of tests may raise a false alarm with the probability `FAMILY_ALP
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import chi2, norm
-from scipy.stats import f as fisher
 
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.alternatives import beside, slow_residual
 from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
+from gsense_fusion.identification.verdict.bands import louder_band
 from gsense_fusion.identification.verdict.courses import courses
 from gsense_fusion.identification.verdict.exertion import exertion
-from gsense_fusion.identification.verdict.growing_noise import MODEL_ERROR, growing_noise
+from gsense_fusion.identification.verdict.growing_noise import growing_noise
 from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
@@ -30,7 +29,6 @@ FAMILY_ALPHA = 0.004
 FAMILIES = 7
 SLOW_SHARE = 0.1
 """Of a family's share, for tests of block means: how a bias itself warms up is not quite the drift that they allow."""
-BAND_EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
 
 
 @dataclass(frozen=True)
@@ -174,64 +172,18 @@ def strongest_line(moving: Sequence[WindowResidual], still: Sequence[WindowResid
 
 def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], alpha: float) -> list[Symptom]:
     """Broadband power in motion against rest."""
-    worst: tuple[float, int, float, float, float] | None = None
-    looks = 0
-    for low, high in itertools.pairwise(BAND_EDGES_HZ):
-        for axis in range(3):
-            motion, rest = _band(moving, low, high, axis), _band(still, low, high, axis)
-            count, rest_count = len(motion.frequency), len(rest.frequency)
-            if count < 30 or rest_count < 30 or rest.mean <= 0.0:  # a coarse step may leave nothing at rest
-                continue
-            looks += 1
-            folded = max(motion.folded - rest.folded, 0.0)
-            # means of exponential ordinates: their ratio is F, and the spectrum's own error makes the rest shorter
-            spectrum = moving[0].bins.noise[axis].variance_between(motion.frequency, rest.frequency)
-            known = 1.0 / (1.0 / rest_count + MODEL_ERROR**2 + spectrum)
-            z = float(
-                norm.isf(np.clip(fisher.sf(motion.mean / (rest.mean + folded), 2 * count, 2 * known), 1e-300, 1.0))
-            )
-            excess = (motion.mean - rest.mean - folded) * motion.variance
-            if worst is None or z > worst[0]:
-                worst = (float(z), axis, low, high, float(np.sqrt(max(excess, 0.0))))
-    if worst is None or norm.sf(worst[0]) > alpha / looks:
+    found = louder_band(moving, still)
+    if found is None or norm.sf(found.z) > alpha / found.looks:
         return []
-    z, axis, low, high, rms = worst
-    text = f"more noise in motion than at rest between {low:g} and {high:g} Hz, most on {AXES[axis]}"
-    return [Symptom("band", (AXES[axis],), float(min(1.0, looks * norm.sf(z))), rms, (), text)]
+    axis, p = AXES[found.axis], float(min(1.0, found.looks * norm.sf(found.z)))
+    text = f"more noise in motion than at rest between {found.low_hz:g} and {found.high_hz:g} Hz, most on {axis}"
+    return [Symptom("band", (axis,), p, found.rate_rms, (), text)]
 
 
 def _uneven(kind: str, found: Sequence[Uneven], alpha: float) -> list[Symptom]:
     """Noise that is not everywhere the same: in one run, at one place, where the carriage is accelerated or fast."""
     sure = [x for x in found if x.p_value < alpha]
     return [Symptom(kind, (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
-
-
-@dataclass(frozen=True, eq=False)
-class _Band:
-    """Ordinates of windows in a band, away from the drive's orders."""
-
-    mean: float
-    """Of their power over its expectation."""
-    folded: float
-    """What of it may be folded at most."""
-    frequency: FloatArray
-    """Of each, Hz."""
-    variance: float
-    """What the band is expected to hold, (rad/s)^2."""
-
-
-def _band(windows: Sequence[WindowResidual], low: float, high: float, axis: int) -> _Band:
-    ordinates: list[FloatArray] = [np.zeros((3, 0))]
-    variance = 0.0
-    for w in windows:
-        inside = (w.frequency >= low) & (w.frequency < high) & w.away_from_orders() & (w.bins.weight[:, axis] > 0)
-        folded = np.zeros(len(inside)) if w.folded is None else w.folded[:, axis]
-        ordinates.append(np.stack([w.frequency, w.power[:, axis], folded])[:, inside])
-        n = len(w.window)
-        variance = max(variance, float(np.sum(4.0 / (n**2 * np.maximum(w.bins.weight[inside, axis], 1e-30) ** 2))))
-    frequency, *values = np.concatenate(ordinates, axis=1)
-    mean, folded_mean = (float(v.mean()) for v in values) if len(frequency) else (1.0, 0.0)
-    return _Band(mean, folded_mean, frequency, variance)
 
 
 def _intensity(likelihood: Likelihood, fit: Fit, alpha: float, level: float) -> list[Symptom]:
