@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import yaml
 
+from gsense_rig.plant.parameters import TrackParameters
 from gsense_rig.recording.overrides import topics
 from gsense_rig.recording.typestore import DefinitionError, typestore
 
@@ -113,3 +114,26 @@ def test_joint_and_frame_are_those_of_the_messages(store: Any) -> None:
     assert str(joint.find("parent").get("link")) == constants["RAIL_FRAME"]  # type: ignore[union-attr]
     assert str(joint.find("axis").get("xyz")) == "1 0 0"  # type: ignore[union-attr]
     assert not list(root.iter("mesh"))
+
+
+def test_the_urdf_is_one_tree_within_the_rail() -> None:
+    """What `check_urdf` asks for: one root, each other link the child of one joint, materials that are defined."""
+    root = ET.parse(PACKAGE / "urdf/rig.urdf").getroot()
+    links = [str(link.get("name")) for link in root.findall("link")]
+    joints = root.findall("joint")
+    parents = {str(j.find("child").get("link")): str(j.find("parent").get("link")) for j in joints}  # type: ignore[union-attr]
+    assert len(set(links)) == len(links)
+    assert len({str(joint.get("name")) for joint in joints}) == len(parents) == len(joints) == len(links) - 1
+    (first,) = set(links) - set(parents)
+    for link in parents:
+        above = [link]
+        while above[-1] in parents:
+            above.append(parents[above[-1]])
+            assert len(above) <= len(links), f"{link} hangs on itself"
+        assert above[-1] == first
+    defined = {str(material.get("name")) for material in root.findall("material")}
+    assert {str(material.get("name")) for material in root.iterfind("link/visual/material")} <= defined
+    limit = root.find("joint[@type='prismatic']/limit")
+    assert limit is not None
+    stop = TrackParameters().end_stop
+    assert (float(str(limit.get("lower"))), float(str(limit.get("upper")))) == (-stop, stop)

@@ -25,7 +25,7 @@ from math import radians
 import numpy as np
 
 from . import bounded_kernels as kernels
-from .bounded_kernels import Cell
+from .bounded_memory import Cell
 from .compiled import CompiledFilter, require_not_negative, require_positive, unit_quaternion
 from .interface import FloatArray
 
@@ -84,7 +84,7 @@ class BoundedParameters:
 
 @dataclass
 class BoundedState:
-    """What the filter remembers: one array, whose cells `bounded_kernels.Cell` names."""
+    """What the filter remembers: one array, whose cells `bounded_memory.Cell` names."""
 
     memory: FloatArray
 

@@ -12,7 +12,7 @@ from gsense_fusion.identification.catalogue import RECORDED
 from gsense_fusion.identification.drivers import DriverSource
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.effects.quantization import Rounding, rounding
-from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, look_at
+from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, Seen, look_at
 from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.errors.folds import make_folds
 from gsense_fusion.identification.likelihood.model import Likelihood
@@ -63,10 +63,8 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     say("motion, mounting and delay", 0.05)
     campaign, skew = _campaign(clean, settings)
     say("noise at rest", 0.15)
-    known = (*(e for e in settings.catalogue if isinstance(e, RecordedEffect)), *RECORDED)
-    names = frozenset(e.name for e in settings.catalogue)
-    recording = Recording(tuple(clean), campaign, skew, names)
-    seen = look_at(recording, tuple({e.name: e for e in reversed(known)}.values()), names)
+    recording = Recording(tuple(clean), campaign, skew, frozenset(e.name for e in settings.catalogue))
+    seen = _recorded(recording, settings.catalogue)
     noise, notes, rounded = _noise(campaign, recording)
     source = DriverSource(campaign, Response.of(noise, campaign.rate_hz))
     fitted = tuple(e for e in settings.catalogue if not isinstance(e, RecordedEffect))
@@ -74,9 +72,7 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     statistical = tuple(e for e in effects if isinstance(e, StatisticalEffect))
     effects = tuple(e for e in effects if not isinstance(e, StatisticalEffect))
     likelihood = Likelihood(campaign, source, effects, noise)
-    base = frozenset(n for n in settings.declared if n != "bias" and n in likelihood.columns.start)
-    if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
-        base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
+    base = _declared(settings, campaign, likelihood)
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = rather_sound(selection, without_lesser_tops(selection, selection.search()))
     say("is anything left?", 0.7)
@@ -103,6 +99,20 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
         seen,
         rounded,
     )
+
+
+def _recorded(recording: Recording, catalogue: Sequence[Effect]) -> Seen:
+    """What the recording itself shows; an effect of the user's own catalogue goes before ours of that name."""
+    known = (*(e for e in catalogue if isinstance(e, RecordedEffect)), *RECORDED)
+    return look_at(recording, tuple({e.name: e for e in reversed(known)}.values()), recording.names)
+
+
+def _declared(settings: Settings, campaign: Campaign, likelihood: Likelihood) -> frozenset[str]:
+    """The declared effects that these runs can be fitted with."""
+    base = frozenset(n for n in settings.declared if n != "bias" and n in likelihood.columns.start)
+    if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
+        base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
+    return base
 
 
 def _campaign(clean: Sequence[CleanRun], settings: Settings) -> tuple[Campaign, Skew | None]:

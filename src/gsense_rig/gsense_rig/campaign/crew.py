@@ -71,3 +71,16 @@ class Crew(Protocol):
 
     def make_run(self, run: PlanRun, bag: Path, show: Show) -> RunOutcome:
         """Makes one run and leaves its closed bag."""
+
+
+class Operator(Protocol):
+    """Who turns the board."""
+
+    at_hand: bool
+    """Whether it is a person, for whom the carriage is parked."""
+
+    def turn(self, mounting: str) -> None:
+        """Returns when the board is mounted so; raises CampaignError."""
+
+    def confirm(self, question: str) -> None:
+        """Returns when it may begin; raises CampaignError."""

@@ -6,7 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import rclpy
 from gsense_msgs.action import Move, Sinusoid
@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 
 from gsense_input.parameters import refuse_unknown
 from gsense_rig.campaign.carriage import STILL_AFTER, STILL_BEFORE
-from gsense_rig.campaign.crew import CampaignError, LinkFigures, RunOutcome, Show
+from gsense_rig.campaign.crew import CampaignError, LinkFigures, Operator, RunOutcome, Show
 from gsense_rig.campaign.plan import PlanRun
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.spinning import Spinner
@@ -41,19 +41,6 @@ AT_PLACE = 1e-3
 """m."""
 NEEDED = (Topics.LINK, Topics.RIG_STATE, Topics.RIG_POSE, Topics.MPU6050_IMU_RAW)
 """Topics that must be in a run's bag before the motion begins."""
-
-
-class Operator(Protocol):
-    """Who turns the board."""
-
-    at_hand: bool
-    """Whether it is a person, for whom the carriage is parked."""
-
-    def turn(self, mounting: str) -> None:
-        """Returns when the board is mounted so; raises CampaignError."""
-
-    def confirm(self, question: str) -> None:
-        """Returns when it may begin; raises CampaignError."""
 
 
 class LiveRig:

@@ -105,15 +105,7 @@ class SensorUnit:
             walk=model.random_walk * math.sqrt(STEP),
             mag_noise=unit.magnetometer.noise,
             thermal=_thermal(unit, model),
-            supply=np.array(
-                [
-                    unit.supply.regulator,
-                    unit.supply.converter_noise,
-                    unit.supply.cell,
-                    unit.supply.discharge * STEP,
-                    FULL_CELL,
-                ]
-            ),
+            supply=_supply(unit),
             tone=np.array([2.0 * math.pi * model.tone_frequency, model.tone_phase]),
             jump_time=model.jump_time,
             sway=_coefficients(filters.mode(model.sway_frequency, model.sway_damping)),
@@ -129,6 +121,11 @@ class SensorUnit:
             asleep=mpu.asleep,
             fuses=bno.fuses,
         )
+
+
+def _supply(unit: UnitParameters) -> Array:
+    supply = unit.supply
+    return np.array([supply.regulator, supply.converter_noise, supply.cell, supply.discharge * STEP, FULL_CELL])
 
 
 def _limits(config: ChipConfig, model: SignalModel) -> Array:

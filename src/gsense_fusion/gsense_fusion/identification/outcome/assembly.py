@@ -43,15 +43,8 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
     """Put the result together."""
     say("errors on held-out runs", 0.9)
     full = a.claims.full
-    folds = a.folds
-    before, declared, after = (band_rms(folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
     rest = a.likelihood.drift_at_rest(full)
-    rate = Rms(before, declared, after, noise_floor(folds, a.noise, rest))
-    poses = [pose_rms(folds, m) for m in ("raw", "declared", "full")]
-    pose = None
-    if poses[0] is not None and poses[1] is not None and poses[2] is not None:
-        pose = Rms(poses[0], poses[1], poses[2], pose_floor(folds, a.noise, rest))
-    traces = attitude_traces(folds)
+    traces = attitude_traces(a.folds)
     units = sorted({c.unit_id for c in a.clean if c.unit_id})
     absent, spreads = not_found(a)
     left_open = open_effects(a, spreads)
@@ -63,8 +56,8 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         runs=_summaries(a),
         findings=all_findings(a),
         unexplained=_unexplained([*a.claims.symptoms, *_unnamed(a)], a.claims.nearest),
-        rate_rms=rate,
-        pose_rms=pose,
+        rate_rms=_rate_rms(a, rest),
+        pose_rms=_pose_rms(a, rest),
         attitude_gyro_only=attitude_rms(traces, "gyro_only"),
         attitude_madgwick=attitude_rms(traces, "madgwick"),
         bias=newest_bias(a, full),
@@ -86,6 +79,19 @@ def assemble(a: Analysis, say: Callable[[str, float], None]) -> LoopResult:
         encoder_delay=encoder_delay(a),
         rest_noise=rest_noise(a),
     )
+
+
+def _rate_rms(a: Analysis, rest: Mapping[int, Drift]) -> Rms:
+    raw, declared, full = (band_rms(a.folds, m, RATE_BAND_HZ) for m in ("raw", "declared", "full"))
+    return Rms(raw, declared, full, noise_floor(a.folds, a.noise, rest))
+
+
+def _pose_rms(a: Analysis, rest: Mapping[int, Drift]) -> Rms | None:
+    """None where there are too few still stretches."""
+    raw, declared, full = (pose_rms(a.folds, m) for m in ("raw", "declared", "full"))
+    if raw is None or declared is None or full is None:
+        return None
+    return Rms(raw, declared, full, pose_floor(a.folds, a.noise, rest))
 
 
 def _summaries(a: Analysis) -> tuple[RunSummary, ...]:

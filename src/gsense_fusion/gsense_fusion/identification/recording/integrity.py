@@ -117,20 +117,27 @@ def clean_runs(runs: Sequence[tuple[Run, Role]]) -> list[CleanRun]:
     return out
 
 
-def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
+def _grid(run: Run) -> tuple[IntArray, float]:
+    """Place of each sample on a uniform grid, and its period (s); raises IdentificationError where there is none."""
     imu = run.imu
     if len(imu) < MIN_SAMPLES:
         raise IdentificationError(f"{run.path}: only {len(imu)} samples on {run.topic}; record at least {MIN_SAMPLES}")
-    encoder = run.encoder
-    if encoder is not None:
-        _check_encoder(run.path, encoder.position)
+    if run.encoder is not None:
+        _check_encoder(run.path, run.encoder.position)
     index, period = grid_index(imu.stamp_ns)
-    n = int(index[-1]) + 1
-    if n > 3 * len(imu):
+    room = int(index[-1]) + 1
+    if room > 3 * len(imu):
         raise IdentificationError(
-            f"{run.path}: {run.topic} has {len(imu)} samples where its stamps make room for {n}; "
+            f"{run.path}: {run.topic} has {len(imu)} samples where its stamps make room for {room}; "
             "the stamps are not those of one steady stream"
         )
+    return index, period
+
+
+def _clean(run: Run, role: Role, epoch_ns: int) -> CleanRun:
+    imu, encoder = run.imu, run.encoder
+    index, period = _grid(run)
+    n = int(index[-1]) + 1
     offset = _grid_offset(imu.stamp_ns, index, period)
     stamps = (imu.stamp_ns - epoch_ns) * 1e-9
     time = (stamps[0] + offset) + np.arange(n) * period
