@@ -97,7 +97,7 @@ _FIRST = "void(i8[::1], f8[:, ::1], i8, i8[::1], i8[::1], f8[:, ::1], f8[:, ::1]
 _STEP = _FIRST + "f8[::1], i8, f8[::1], f8[::1])"
 
 
-# One function, long as it is: with the memory of forces and the taking-off apart, a sample costs up to 1.7 times as much.
+# One function, long as it is: with memory of forces and the taking-off apart, a sample costs up to 1.7 times as much.
 @kernel(_STEP, allocates=False)
 def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, stamp, force, rate) -> None:  # type: ignore[no-untyped-def] # noqa: ANN001, C901, PLR0912, PLR0915
     """Take all terms off one sample.
