@@ -15,7 +15,8 @@ from gsense_fusion.identification.effects.quantization import Rounding, rounding
 from gsense_fusion.identification.effects.recorded import RecordedEffect, Recording, Seen, look_at
 from gsense_fusion.identification.effects.statistical import StatisticalEffect
 from gsense_fusion.identification.errors.folds import make_folds
-from gsense_fusion.identification.likelihood.model import Likelihood
+from gsense_fusion.identification.errors.metrics import Held
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.memory import keep_freed_memory
 from gsense_fusion.identification.motion.earth import without_earth_rate
 from gsense_fusion.identification.motion.mounting import NOMINAL, wandering_delay
@@ -32,6 +33,7 @@ from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.search.soundness import rather_sound
 from gsense_fusion.identification.types import IdentificationError, Role
 from gsense_fusion.identification.verdict.aliases import with_aliases
+from gsense_fusion.identification.verdict.carried_over import shares
 from gsense_fusion.identification.verdict.claims import Claims, judge
 from gsense_fusion.identification.verdict.turned_field import beyond_turns
 
@@ -76,14 +78,12 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
     best = rather_sound(selection, without_lesser_tops(selection, selection.search()))
     say("is anything left?", 0.7)
-    claims = beyond_rounding(judge(selection, best.fit, statistical, rounded), rounded)
-    claims = with_aliases(claims, likelihood)
-    declared = selection.candidate(base).fit
-    folds = make_folds(campaign, source, effects, noise, claims.ladder, lambda text: say(text, 0.8))
+    claims, folds = _proven(selection, best.fit, statistical, rounded, say)
     if not folds:
         raise IdentificationError(
             f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs"
         )
+    declared = selection.candidate(base).fit
     seen = beyond_turns(seen, folds)
     return Analysis(
         settings,
@@ -113,6 +113,25 @@ def _declared(settings: Settings, campaign: Campaign, likelihood: Likelihood) ->
     if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
         base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
     return base
+
+
+def _proven(
+    selection: Selection, best: Fit, statistical: Sequence[StatisticalEffect], rounded: Rounding | None, say: Progress
+) -> tuple[Claims, list[Held]]:
+    """The claims and the folds that judge them, without those that the runs held out speak against."""
+    likelihood = selection.likelihood
+    campaign, source, effects = likelihood.campaign, likelihood.source, likelihood.effects
+    refuted: set[str] = set()
+    while True:
+        claims = beyond_rounding(judge(selection, best, statistical, rounded, refuted), rounded)
+        claims = with_aliases(claims, likelihood)
+        folds = make_folds(campaign, source, effects, likelihood.noise, claims.ladder, lambda text: say(text, 0.8))
+        dynamic = [n for n in claims.names if n in selection.effects and selection.effects[n].dynamic]
+        found = shares(tuple(claims.ladder), dynamic, folds, likelihood.noise)
+        against = [n for n, share in found.items() if share.refuted]
+        if not against:
+            return claims, folds
+        refuted.add(min(against, key=lambda n: found[n].value))  # without it the others may carry over
 
 
 def _campaign(clean: Sequence[CleanRun], settings: Settings) -> tuple[Campaign, Skew | None]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from gsense_fusion.identification.effects.quantization import Rounding
@@ -24,6 +24,7 @@ LOCKED_PART = 0.8
 
 ONLY_REFINED = "is sound only with what refines its shape: no claim"
 ONLY_IN_PART = "is sound only without a further term that it has: no claim"
+REFUTED = "says of the runs held out what they do not show: no claim"
 
 
 @dataclass(frozen=True)
@@ -47,11 +48,24 @@ class Claims:
 
 
 def judge(
-    selection: Selection, best: Fit, statistical: Sequence[StatisticalEffect] = (), rounded: Rounding | None = None
+    selection: Selection,
+    best: Fit,
+    statistical: Sequence[StatisticalEffect] = (),
+    rounded: Rounding | None = None,
+    refuted: Collection[str] = (),
 ) -> Claims:
-    """Apply the vetoes to the best model and test what is left; `rounded`: what the step of the output does."""
+    """Apply the vetoes to the best model and test what is left.
+
+    Args:
+        selection: The models tried.
+        best: The best of them.
+        statistical: Effects that change the noise.
+        rounded: What the step of the output does.
+        refuted: Effects of the best model that the runs held out speak against.
+
+    """
     likelihood = selection.likelihood
-    names, refinements, refusals = _vetted(selection, best, rounded)
+    names, refinements, refusals = _vetted(selection, best, rounded, refuted)
     notes = [f"{n} {r.reason}" for n, r in refusals.items() if not r.undecided]
     undecided = {n: r.reason for n, r in refusals.items() if r.undecided}
     tested = claimed_fit(selection, names + refinements)
@@ -81,7 +95,7 @@ def judge(
 
 
 def _vetted(
-    selection: Selection, best: Fit, rounded: Rounding | None
+    selection: Selection, best: Fit, rounded: Rounding | None, refuted: Collection[str]
 ) -> tuple[list[str], list[str], dict[str, Refusal]]:
     """Effects of the best model that pass the vetoes, strongest first; what refines a shape; and what was refused."""
     refusals: dict[str, Refusal] = {}
@@ -90,7 +104,9 @@ def _vetted(
     names: list[str] = []
     refinements: list[str] = []
     for name in found:
-        if (why := refines(selection, best, found, name)) is not None:
+        if name in refuted:
+            refusals[name] = Refusal(REFUTED)
+        elif (why := refines(selection, best, found, name)) is not None:
             refusals[name] = Refusal(f"{why}: a refinement of shape, not a claim")
             refinements.append(name)
         elif (refusal := refused(selection, best, name, rounded)) is not None:
