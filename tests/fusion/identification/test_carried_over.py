@@ -16,7 +16,7 @@ from gsense_fusion.identification.errors.metrics import Held
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.verdict.carried_over import shares
 
-from .sessions import BASE, SETTINGS, analyse, made, names
+from .sessions import SETTINGS, analyse, made, names
 
 RATE_HZ, SAMPLES = 100.0, 3000
 DENSITY = 4e-8
