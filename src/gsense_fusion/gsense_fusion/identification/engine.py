@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from gsense_fusion.bags.run import Run
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis, Progress, Settings
 from gsense_fusion.identification.campaign import MIN_MOVING_S, MIN_STILL_S, Campaign
@@ -28,16 +30,21 @@ from gsense_fusion.identification.recording.clock import Skew, on_one_clock
 from gsense_fusion.identification.recording.integrity import CleanRun, clean_runs
 from gsense_fusion.identification.recording.stillness import expand_still
 from gsense_fusion.identification.result import LoopResult
+from gsense_fusion.identification.search.alternatives import slow_residual
 from gsense_fusion.identification.search.lesser_tops import without_lesser_tops
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.search.soundness import rather_sound
-from gsense_fusion.identification.types import IdentificationError, Role
+from gsense_fusion.identification.types import AXES, FloatArray, IdentificationError, Role
 from gsense_fusion.identification.verdict.aliases import with_aliases
 from gsense_fusion.identification.verdict.carried_over import shares
 from gsense_fusion.identification.verdict.claims import Claims, judge
+from gsense_fusion.identification.verdict.sufficiency import Symptom
 from gsense_fusion.identification.verdict.turned_field import beyond_turns
 
 __all__ = ["Settings", "analyse", "close_loop"]
+
+WANDERING = frozenset({"course", "drift", "intensity"})
+"""Kinds of symptoms that block means alone show."""
 
 
 def close_loop(runs: Sequence[tuple[Run, Role]], settings: Settings, progress: Progress | None = None) -> LoopResult:
@@ -123,7 +130,8 @@ def _proven(
     campaign, source, effects = likelihood.campaign, likelihood.source, likelihood.effects
     refuted: set[str] = set()
     while True:
-        claims = beyond_rounding(judge(selection, best, statistical, rounded, refuted), rounded)
+        claims = judge(selection, best, statistical, rounded, refuted)
+        claims = beyond_rounding(claims, rounded, np.std(slow_residual(likelihood, claims.full), axis=0))
         claims = with_aliases(claims, likelihood)
         folds = make_folds(campaign, source, effects, likelihood.noise, claims.ladder, lambda text: say(text, 0.8))
         dynamic = [n for n in claims.names if n in selection.effects and selection.effects[n].dynamic]
@@ -163,14 +171,31 @@ def _noise(campaign: Campaign, recording: Recording) -> tuple[dict[int, NoiseMod
     return noise, notes, rounded
 
 
-def beyond_rounding(claims: Claims, rounded: Rounding | None) -> Claims:
-    """Without the symptoms that a coarse step of the output makes by itself."""
-    made = [s for s in claims.symptoms if rounded is not None and rounded.makes(s.axes, s.rate_rms, s.kind == "uneven")]
+def beyond_rounding(claims: Claims, rounded: Rounding | None, wandered: FloatArray) -> Claims:
+    """Without the symptoms that a coarse step of the output makes by itself.
+
+    Args:
+        claims: With all symptoms.
+        rounded: What the rounding does.
+        wandered: Standard deviation of the block means that the claims leave, rad/s, shape (3,): a course or a drift is
+            no larger than that, whatever its strength makes of the whole session.
+
+    """
+    if rounded is None:
+        return claims
+    made = tuple(s for s in claims.symptoms if rounded.makes(s.axes, _shown(s, wandered), s.kind == "uneven"))
     if not made:
         return claims
     notes = tuple(f"as small as the gyro's rounding makes it: {s.description}" for s in made)
     left = tuple(s for s in claims.symptoms if s not in made)
     return replace(claims, symptoms=left, nearest=claims.nearest if left else (), notes=claims.notes + notes)
+
+
+def _shown(symptom: Symptom, wandered: FloatArray) -> float:
+    """Size of a symptom as far as the data itself shows it, rad/s."""
+    if symptom.kind not in WANDERING:
+        return symptom.rate_rms
+    return min(symptom.rate_rms, float(np.linalg.norm([wandered[AXES.index(x)] for x in symptom.axes])))
 
 
 def _check_declared(settings: Settings) -> None:
