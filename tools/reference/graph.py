@@ -13,21 +13,14 @@ from unittest import mock
 
 from rcl_interfaces.msg import ParameterDescriptor
 
+from gsense_input.node_help import Parameter
+
 SENSOR = "mpu6050"
 FILTER = "madgwick"
 _COMPENSATION = (
     f"schema: gsense-compensation/1\nsensor: {SENSOR}\nunit_id: null\n"
     "bias: {value: [0.0, 0.0, 0.0], unit: rad/s}\nterms: []\ntiming: {gyro_delay_s: 0.0}\nreference: []\n"
 )
-
-
-@dataclass(frozen=True)
-class Parameter:
-    """A declared parameter."""
-
-    name: str
-    default: Any
-    descriptor: Any
 
 
 @dataclass(frozen=True)

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from gsense_input.node_help import Parameter, allowed, shown
 from reference import graph, packages, words
 from reference.commands import options, parser_of
-from reference.graph import FILTER, SENSOR, Endpoint, Notes, Parameter
+from reference.graph import FILTER, SENSOR, Endpoint, Notes
 
 HEAD = """# Interfaces
 
@@ -67,7 +68,7 @@ def _parameters(notes: Notes) -> Iterable[tuple[str, ...]]:
     for parameter in notes.parameters:
         live = "" if parameter.descriptor.read_only else "yes"
         yield (
-            f"`{parameter.name}`", _kind(parameter), _value(parameter), _allowed(parameter), live,
+            f"`{parameter.name}`", _kind(parameter), _value(parameter), allowed(parameter.descriptor), live,
             parameter.descriptor.description,
         )  # fmt: skip
 
@@ -86,23 +87,7 @@ def _name(value: object) -> str:
 
 
 def _value(parameter: Parameter) -> str:
-    value = parameter.default
-    if parameter.name == "transport_delay":
-        return "computed"
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return f"{value:g}"
-    if isinstance(value, list):
-        return ", ".join(map(str, value))
-    return str(value)
-
-
-def _allowed(parameter: Parameter) -> str:
-    descriptor = parameter.descriptor
-    for found in (*descriptor.floating_point_range, *descriptor.integer_range):
-        return f"{found.from_value:g} to {found.to_value:g}"
-    return str(descriptor.additional_constraints)
+    return "computed" if parameter.name == "transport_delay" else shown(parameter.default)
 
 
 def _endpoints(word: str, endpoints: Iterable[Endpoint]) -> str:

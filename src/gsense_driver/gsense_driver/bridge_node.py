@@ -28,7 +28,9 @@ from gsense_driver.settings import (
     Settings,
     make_settings,
 )
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import without_ros
+from gsense_input.node_help import node_parser
+from gsense_input.parameters import refuse_unknown
 
 _STEP_NS = 1_000_000  # a wall clock that moves by more against the steady one was set; smaller is its slewing
 _REPORT_PERIOD_S = 1.0
@@ -40,6 +42,7 @@ class Bridge(LifecycleNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("bridge", **options)
         declare(self)
+        refuse_unknown(self)
         self._settings: Settings | None = None
         self._messages: Messages | None = None
         self._session: Session | None = None
@@ -229,10 +232,7 @@ def make_executor() -> Any:
 def main(args: list[str] | None = None) -> int:
     """Run the bridge until SIGINT or SIGTERM; 0 then, 2 where its parameters cannot be used."""
     given = without_ros("bridge", sys.argv if args is None else args)
-    about = (
-        "The board's serial line on ROS topics. `ros2 param describe /bridge NAME` tells units, ranges and defaults."
-    )
-    ArgumentParser("bridge", "bridge [--ros-args -p NAME:=VALUE ...]", about).parse_args(given)
+    node_parser("bridge", "The board's serial line on ROS topics.", declare).parse_args(given)
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -14,14 +14,13 @@ from gsense_driver.settings import (
     Parameter,
     default_transport_delay,
 )
-from gsense_input.parameters import refuse_unknown
 
 if TYPE_CHECKING:
     from rclpy.node import Node
 
 
 def declare(node: Node) -> None:
-    """Declare the node's parameters; what it was given beside them is refused."""
+    """Declare the node's parameters."""
     for parameter in PARAMETERS:
         node.declare_parameter(parameter.name, parameter.default, _descriptor(parameter))
     port, baud = node.get_parameter("port").value, node.get_parameter("baud").value
@@ -33,7 +32,6 @@ def declare(node: Node) -> None:
     node.declare_parameter(TRANSPORT_DELAY, delay, text)
     autostart = ParameterDescriptor(description="configure and activate without being asked", read_only=True)
     node.declare_parameter("autostart", True, autostart)
-    refuse_unknown(node)
 
 
 def _descriptor(parameter: Parameter) -> ParameterDescriptor:

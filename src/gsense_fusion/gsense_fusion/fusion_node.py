@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray
-from rcl_interfaces.msg import FloatingPointRange, ParameterDescriptor
 from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
@@ -27,6 +26,7 @@ from .bags.topics import sensor_name
 from .compensation import CompensationError, CompensationFile, load_compensation
 from .fusion_diagnostics import diagnostic
 from .fusion_output import Uncertainty, output_message
+from .fusion_parameters import declare
 from .inputs import Inputs
 from .node_process import run_node
 from .sensor_topics import SensorTopics
@@ -37,12 +37,15 @@ _QOS = QoSProfile(depth=_DEPTH, history=HistoryPolicy.KEEP_LAST, reliability=Rel
 _UNREPORTED = np.full(3, np.nan)
 
 
+ABOUT = "Attitude of one sensor, live, without and with g-compensation."
+
+
 class FusionNode(Node):
     """Wires topics to `Fusion`."""
 
     def __init__(self) -> None:
         super().__init__("fusion")
-        self._declare()
+        declare(self)
         refuse_unknown(self)
         self._asked = str(self.get_parameter("sensor").value)
         topics = SensorTopics.of(self._asked)
@@ -73,36 +76,6 @@ class FusionNode(Node):
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self.create_timer(1.0, self._on_second)
         self.get_logger().info(f"{self.sensor}: {', '.join(self._outputs)}" + (f", by {self._path}" if file else ""))
-
-    def _declare(self) -> None:
-        def text(words: str, **more: Any) -> ParameterDescriptor:
-            return ParameterDescriptor(description=words, read_only=True, **more)
-
-        gain = [FloatingPointRange(from_value=0.0, to_value=10.0)]
-        deviation = [FloatingPointRange(from_value=0.0, to_value=10.0)]
-        self.declare_parameter(
-            "sensor", "mpu6050", text("the sensor's name, first part of its topics; or a whole topic (/imu)")
-        )
-        self.declare_parameter("filter", "madgwick", text("one filter or a list of them", dynamic_typing=True))
-        self.declare_parameter("compensation_file", "", text("compensation.yaml; empty: no compensated output"))
-        self.declare_parameter(
-            "use_mag",
-            "auto",
-            text("true or false; auto: as soon as <sensor>/imu/mag has messages", dynamic_typing=True),
-        )
-        self.declare_parameter(
-            "beta",
-            0.0,
-            text(
-                "Madgwick's gain, rad/s; 0: its author's, 0.033 without and 0.041 with field", floating_point_range=gain
-            ),
-        )
-        self.declare_parameter(
-            "inclination_stddev", 0.02, text("published uncertainty of the tilt, rad", floating_point_range=deviation)
-        )
-        self.declare_parameter(
-            "heading_stddev", 0.1, text("of the heading with a magnetometer, rad", floating_point_range=deviation)
-        )
 
     def _compensation_file(self) -> CompensationFile | None:
         self._path = str(self.get_parameter("compensation_file").value)
@@ -196,7 +169,7 @@ class FusionNode(Node):
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM; the exit code as in `run_node`."""
-    return run_node("fusion", FusionNode, (CompensationError, UnknownFilterError, ValueError))
+    return run_node("fusion", ABOUT, FusionNode, declare, (CompensationError, UnknownFilterError, ValueError))
 
 
 if __name__ == "__main__":

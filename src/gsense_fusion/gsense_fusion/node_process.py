@@ -15,23 +15,30 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import without_ros
+from gsense_input.node_help import node_parser
 
 
-def run_node(name: str, make: Callable[[], Node], unusable: tuple[type[Exception], ...]) -> int:
+def run_node(
+    name: str,
+    about: str,
+    make: Callable[[], Node],
+    declare: Callable[[Node], None],
+    unusable: tuple[type[Exception], ...],
+) -> int:
     """Run a node until SIGINT or SIGTERM.
 
     Args:
         name: stands before the line on stderr.
+        about: what it does, for `--help`.
         make: makes the node, after `rclpy.init`.
+        declare: declares its parameters, for `--help`.
         unusable: what it raises where parameters or files cannot be used, beside rclpy's own.
 
     Returns:
         0, or 2 with what is wrong on stderr for arguments, parameters or files that cannot be used.
     """
-    usage = f"{name} [--ros-args -p NAME:=VALUE ...]"
-    about = f"Its parameters: `ros2 param describe /{name} NAME` tells units, ranges and defaults."
-    ArgumentParser(name, usage, about).parse_args(without_ros(name, sys.argv))
+    node_parser(name, about, declare).parse_args(without_ros(name, sys.argv))
     # A flag, not an exception: launch or an impatient user sends the signal twice; the second finds nothing to break.
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -34,15 +34,15 @@ _QOS = QoSProfile(depth=_DEPTH, history=HistoryPolicy.KEEP_LAST, reliability=Rel
 _UNREPORTED = np.full(3, np.nan)
 
 
+ABOUT = "Says where an effect that the compensation file lacks enters the data."
+
+
 class WatchNode(Node):
     """Wires topics to `Prediction` and `Watcher`."""
 
     def __init__(self) -> None:
         super().__init__("watch")
-        self.declare_parameter(
-            "sensor", "mpu6050", _text("the sensor's name, first part of its topics; or a whole topic")
-        )
-        self.declare_parameter("compensation_file", "", _text("compensation.yaml that close_loop or calibrate wrote"))
+        declare(self)
         refuse_unknown(self)
         asked = str(self.get_parameter("sensor").value)
         topics = SensorTopics.of(asked)
@@ -120,13 +120,18 @@ class WatchNode(Node):
         self._diagnostics.publish(message)
 
 
-def _text(words: str) -> ParameterDescriptor:
-    return ParameterDescriptor(description=words, read_only=True)
+def declare(node: Node) -> None:
+    """Declare the parameters of `watch`."""
+    for name, default, text in (
+        ("sensor", "mpu6050", "the sensor's name, first part of its topics; or a whole topic"),
+        ("compensation_file", "", "compensation.yaml that close_loop or calibrate wrote; needed"),
+    ):
+        node.declare_parameter(name, default, ParameterDescriptor(description=text, read_only=True))
 
 
 def main() -> int:
     """Run the node until SIGINT or SIGTERM; the exit code as in `run_node`."""
-    return run_node("watch", WatchNode, (CompensationError, ValueError))
+    return run_node("watch", ABOUT, WatchNode, declare, (CompensationError, ValueError))
 
 
 if __name__ == "__main__":

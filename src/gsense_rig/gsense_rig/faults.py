@@ -18,7 +18,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the fault table; 0 where every bound is kept, 1 where not."""
     parser = ArgumentParser(prog="faults", description=__doc__)
     parser.add_argument("--centre", action="store_true", help="inject at the centre alone, not all over the cycle")
-    parser.add_argument("--only", default="", metavar="WORD", help="only faults whose name has this word")
+    parser.add_argument(
+        "--only", default="", metavar="WORD", help="only faults whose name has this word (default: all)"
+    )
     parser.add_argument("--seed", type=int, default=1, help="draws the rail (default 1)")
     options = parser.parse_args(arguments)
     cases = [case for case in CASES if options.only in case.name]

@@ -22,7 +22,8 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import without_ros
+from gsense_input.node_help import node_parser
 from gsense_input.parameters import refuse_unknown
 from gsense_rig import drive_file, rig_messages, rig_settings
 from gsense_rig.control.tuning import TuneError, identify
@@ -204,11 +205,7 @@ class RigNode(Node):
 
 def main() -> None:
     """Run the node until SIGINT or SIGTERM; exit 2 with one line where it cannot start."""
-    usage = "rig [--ros-args -p NAME:=VALUE ...]"
-    about = (
-        "The rail as a ROS node. `ros2 param describe /rig NAME` tells units, ranges and defaults of its parameters."
-    )
-    ArgumentParser("rig", usage, about).parse_args(without_ros("rig", sys.argv))
+    node_parser("rig", "The rail as a ROS node.", rig_settings.declare).parse_args(without_ros("rig", sys.argv))
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

@@ -56,8 +56,14 @@ def _parser() -> argparse.ArgumentParser:
         help=f"adds an undeclared effect, VALUE in SI; may be repeated. Names: {', '.join(sorted(EFFECTS))}",
     )
     parser.add_argument("--seed", type=int, default=1, metavar="N", help="repeats a session bit for bit (default 1)")
-    parser.add_argument("--unit-seed", type=int, metavar="N", help="draws the unit apart from the noise")
-    parser.add_argument("--unit-id", metavar="TEXT", help="name of the unit in the bags")
+    parser.add_argument(
+        "--unit-seed", type=int, metavar="N", help="draws the unit apart from the noise (default: as --seed)"
+    )
+    parser.add_argument(
+        "--unit-id",
+        metavar="TEXT",
+        help="name of the unit in the bags (default: simulated- and the number that draws it)",
+    )
     parser.add_argument(
         "--ndof",
         action="store_true",

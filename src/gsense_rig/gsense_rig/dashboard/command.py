@@ -1,9 +1,4 @@
-"""`dashboard`: the live rig as a web page on this machine.
-
-Parameters: `host` (127.0.0.1; 0.0.0.0: the whole network), `port` (8077), `names`, `folder` (of campaigns and reports),
-`page_timeout`. Prints the address to open; who has it may move the rig. Ends on SIGINT or SIGTERM: motions that a page
-has started are stopped first. Exit 2 where the address cannot be served on.
-"""
+"""`dashboard`: the live rig as a web page on this machine."""
 
 from __future__ import annotations
 
@@ -18,7 +13,8 @@ from rclpy.signals import SignalHandlerOptions
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_input.arguments import without_ros
+from gsense_input.node_help import node_parser
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions
@@ -26,16 +22,20 @@ from gsense_rig.dashboard.node import DashboardNode
 from gsense_rig.dashboard.pages import Pages
 from gsense_rig.dashboard.pilot import Pilot
 from gsense_rig.dashboard.server import Desk
+from gsense_rig.dashboard.settings import declare
 from gsense_rig.ending import Ending
 from gsense_rig.recording.spinning import Spinner
 
+ABOUT = (
+    "The live rig as a web page on this machine. Prints the address to open; who has it may move the rig. Ends "
+    "on SIGINT or SIGTERM: motions that a page has started are stopped first. Exit 2 where it cannot be served on."
+)
 END_PATIENCE = 8.0  # s for motions to come to rest
 
 
 def main() -> int:
     """Runs until a signal."""
-    usage = "dashboard [--ros-args -p port:=8077 -p folder:=DIR ...]"
-    ArgumentParser(usage=usage, description=__doc__).parse_args(without_ros("dashboard", sys.argv))
+    node_parser("dashboard", ABOUT, declare).parse_args(without_ros("dashboard", sys.argv))
     ended = threading.Event()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     ending = Ending(ended)

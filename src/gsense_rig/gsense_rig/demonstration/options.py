@@ -36,7 +36,9 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     parser.add_argument(
         "--seconds", type=_seconds, default=20.0, metavar="S", help="length of the live run, 2 to 600 (default: 20)"
     )
-    parser.add_argument("--seed", type=_seed, metavar="N", help="repeats a demo: its unit, effect and noise")
+    parser.add_argument(
+        "--seed", type=_seed, metavar="N", help="repeats a demo: its unit, effect and noise (default: drawn)"
+    )
     given = parser.parse_args(arguments)
     seed = random.SystemRandom().randrange(1, 1_000_000) if given.seed is None else given.seed
     return Options(given.out, given.seconds, seed)
