@@ -12,6 +12,7 @@ from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import ChainParameters
 
 from gsense_fusion.identification.effects.friction_pickup import FrictionPickup
+from gsense_fusion.identification.effects.reversal_rock import ReversalRock
 from gsense_fusion.identification.likelihood.gram import Columns
 from gsense_fusion.identification.verdict import vetoes
 from gsense_fusion.identification.verdict.refinement import _elsewhere
@@ -41,6 +42,36 @@ def test_what_has_the_direction_of_the_large_effect_mends_its_shape() -> None:
 def test_what_has_another_direction_is_its_own() -> None:
     assert _gain([0.6e-4, 1e-5, 0.8e-4]) == pytest.approx(100.0)
     assert _gain([0.8e-5, 0.0, -0.6e-5]) == pytest.approx(100.0)
+
+
+def _turned(degrees: tuple[float, ...]) -> Any:
+    """A play beside a large effect of the sensor, the board turned about the vertical from run to run."""
+    rock = (ReversalRock(),)
+    runs = []
+    for number, angle in enumerate(np.deg2rad(degrees)):
+        turn = np.array([[np.cos(angle), np.sin(angle), 0.0], [-np.sin(angle), np.cos(angle), 0.0], [0.0, 0.0, 1.0]])
+        mounting = SimpleNamespace(sensor_from_rail=turn)
+        windows = [SimpleNamespace(moving=True)]
+        runs.append(SimpleNamespace(mounting_number=number, mounting=mounting, windows=windows))
+    return SimpleNamespace(columns=Columns.of(rock), effects=rock, campaign=SimpleNamespace(fit=tuple(runs)))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "coefficients", "own"),
+    [
+        ((0.0,), [0.6e-4, 0.0, 0.8e-4], False),
+        ((0.0,), [0.2e-4, 0.0, 0.8e-4], True),
+        ((0.0, 180.0), [0.2e-4, 0.0, 0.8e-4], False),  # in some runs one way round, in others the other
+        ((0.0, 180.0), [0.6e-4, 1e-5, 0.8e-4], True),
+        ((0.0, 90.0), [0.3e-4, 0.3e-4, 0.8e-4], False),
+    ],
+)
+def test_a_turn_of_the_rig_mends_a_shape_of_the_sensors_in_each_mounting(
+    degrees: tuple[float, ...], coefficients: list[float], own: bool
+) -> None:
+    fit = SimpleNamespace(beta=np.array(coefficients), covariance=np.eye(3) * ERROR**2)
+    gain = _elsewhere(_turned(degrees), cast("Any", fit), "reversal_rock", LARGE)
+    assert (gain > 0.0) == own
 
 
 @pytest.mark.parametrize(

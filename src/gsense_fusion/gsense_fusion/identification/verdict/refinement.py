@@ -73,10 +73,13 @@ def _directions(likelihood: Likelihood, fit: Fit, name: str) -> FloatArray:
         if effect.owner is Owner.RIG:
             parts = [m @ b for b in parts for m in _mountings(likelihood)]
         vectors += parts
-    if not vectors:
-        return np.zeros((3, 0))
-    left, values, _ = np.linalg.svd(np.array(vectors).T)
-    return np.asarray(left[:, : int(np.sum(values > SPANNED * values[0]))])
+    return _spanned(np.array(vectors).T) if vectors else np.zeros((3, 0))
+
+
+def _spanned(vectors: FloatArray) -> FloatArray:
+    """Orthonormal directions (3, m) of some vectors (3, n)."""
+    left, values, _ = np.linalg.svd(vectors)
+    return np.asarray(left[:, : int(np.sum(values > SPANNED * values.max(initial=0.0)))])
 
 
 def _mountings(likelihood: Likelihood) -> list[FloatArray]:
@@ -92,11 +95,15 @@ def _mountings(likelihood: Likelihood) -> list[FloatArray]:
 def _elsewhere(likelihood: Likelihood, fit: Fit, name: str, directions: FloatArray) -> float:
     """Twice the log-likelihood that an effect loses where it may act in the directions (3, m) only; zero by chance."""
     index = likelihood.columns.index(frozenset({name}))
-    if not len(index) or directions.shape[1] >= 3:
+    if not len(index):
         return 0.0
     effect = next(e for e in likelihood.effects if e.name == name)
-    turns = _mountings(likelihood)[:1] if effect.owner is Owner.RIG else []
-    allowed = np.kron(np.eye(len(index) // 3), directions if not turns else turns[0].T @ directions)
+    turns = _mountings(likelihood) if effect.owner is Owner.RIG else []
+    if turns:  # what mends a shape of the sensor's lies along another direction of the rail's axes in each mounting
+        directions = _spanned(np.hstack([turn.T @ directions for turn in turns]))
+    if directions.shape[1] >= 3:
+        return 0.0
+    allowed = np.kron(np.eye(len(index) // 3), directions)
     values, vectors = np.linalg.eigh(fit.covariance[np.ix_(index, index)] / _scale(likelihood, index))
     white = (vectors / np.sqrt(np.maximum(values, 1e-12))).T / likelihood.columns.plausible[index]
     X, y = white @ allowed, white @ fit.beta[index]
