@@ -19,7 +19,7 @@ from gsense_fusion.calibration.gyro import GyroCalibration, calibrate_gyro
 from gsense_fusion.calibration.magnetometer import MagnetometerCalibration, calibrate_magnetometer
 from gsense_fusion.calibration.turns import ScaleCalibration, calibrate_scale, find_turns
 from gsense_fusion.calibration.variants import VARIANTS, WITH_SCALE
-from gsense_fusion.cli import add_bag_arguments, guarded, roles
+from gsense_fusion.cli import add_bag_arguments, guarded, named_roles
 from gsense_fusion.compensation import CompensationFile, ScaleMisalignment
 from gsense_fusion.compensation.document import write_together
 from gsense_fusion.compensation.model import compensation_yaml
@@ -31,7 +31,11 @@ from gsense_input.arguments import ArgumentParser
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; returns the exit code: 0, or 2 for unusable input (one line on stderr)."""
-    arguments = _parser().parse_args(argv)
+    parser = _parser()
+    arguments = parser.parse_args(argv)
+    named = [*arguments.campaign, *arguments.fit]
+    if not named:
+        parser.error("--campaign or --fit is needed")
 
     def work() -> None:
         calibration = _calibrate(arguments)
@@ -43,7 +47,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         write_together(out, texts)
         print("\n".join([*words(calibration), *(str(out / name) for name in texts)]))
 
-    return guarded("calibrate", arguments.fit[0], arguments.out, work)
+    return guarded("calibrate", named[0], arguments.out, work)
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -70,7 +74,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _calibrate(arguments: argparse.Namespace) -> Calibration:
-    runs = [(load_run(path, arguments.sensor), role) for path, role in roles(arguments.fit, arguments.held_out)]
+    runs = [(load_run(path, arguments.sensor), role) for path, role in named_roles(arguments)]
     variant = WITH_SCALE.get(arguments.variant, arguments.variant)
     gyro, analysis = calibrate_gyro(runs, arguments.sensor, variant, _site(arguments))
     accelerometer = calibrate_accelerometer(pose_means(analysis.campaign.fit), arguments.gravity)

@@ -16,11 +16,14 @@ def campaign_bags(path: Path) -> list[tuple[Path, Role]]:
     """The bags of a campaign with their roles: those that are done in index.yaml; without one, all, to be fitted.
 
     Args:
-        path: A folder with index.yaml, a folder of bags, or one bag.
+        path: A folder with index.yaml, that file, a folder of bags, or one bag.
 
     Raises:
         IdentificationError: there are none; one line.
     """
+    if not path.exists():
+        raise IdentificationError(f"{path}: no such file or folder")
+    path = path.parent if path.name == INDEX else path
     if (path / INDEX).is_file():
         return _indexed(path)
     if is_bag(path):

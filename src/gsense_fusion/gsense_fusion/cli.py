@@ -9,17 +9,24 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from gsense_fusion.bags import BagError
+from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.identification.types import IdentificationError, Role
 
 LONGEST_LINE = 1000
 """Characters of an error."""
 
 
-def add_bag_arguments(parser: argparse.ArgumentParser, *, required: bool = True) -> None:
-    """--fit and --held-out."""
+def add_bag_arguments(parser: argparse.ArgumentParser) -> None:
+    """--campaign, --fit and --held-out."""
     parser.add_argument(
-        "--fit", nargs="+", type=Path, required=required, metavar="BAG", help="bags to fit (one bag, one run)"
+        "--campaign",
+        nargs="+",
+        type=Path,
+        default=[],
+        metavar="DIR",
+        help="folders that campaign or simulate wrote: their bags, by the roles in index.yaml",
     )
+    parser.add_argument("--fit", nargs="+", type=Path, default=[], metavar="BAG", help="bags to fit (one bag, one run)")
     parser.add_argument(
         "--held-out",
         nargs="+",
@@ -28,6 +35,17 @@ def add_bag_arguments(parser: argparse.ArgumentParser, *, required: bool = True)
         metavar="BAG",
         help="bags to judge by; without: each run in turn",
     )
+
+
+def named_roles(arguments: argparse.Namespace) -> list[tuple[Path, Role]]:
+    """The bags of --campaign, --fit and --held-out with their roles.
+
+    Raises:
+        IdentificationError: a bag is named twice, or a folder is no campaign; one line.
+    """
+    indexed = [bag for folder in arguments.campaign for bag in campaign_bags(folder)]
+    fit, held_out = ([p for p, role in indexed if role is wanted] for wanted in (Role.FIT, Role.HELD_OUT))
+    return roles([*fit, *arguments.fit], [*held_out, *arguments.held_out])
 
 
 def roles(fit: Sequence[Path], held_out: Sequence[Path]) -> list[tuple[Path, Role]]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from gsense_fusion.cli import add_bag_arguments, guarded, roles
+from gsense_fusion.cli import add_bag_arguments, guarded, named_roles
 from gsense_fusion.closing import Request, result_files, run_request, write_files
 from gsense_fusion.comparison.command import compare_paths
 from gsense_fusion.identification.result import LoopResult
@@ -21,33 +21,36 @@ from gsense_fusion.many.manifest import Choices
 from gsense_fusion.report.words import one_sentence
 from gsense_input.arguments import ArgumentParser
 
+BAGS = "--campaign, --fit and --held-out"
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Command line; returns the exit code: 0 whatever the verdict, 2 for unusable input (one line on stderr)."""
     parser = _parser()
     arguments = parser.parse_args(argv)
+    named = [*arguments.campaign, *arguments.fit, *arguments.held_out]
     if arguments.compare is not None:
-        if arguments.fit or arguments.held_out:
-            parser.error("--compare takes two reports or campaigns; it does not go with --fit and --held-out")
+        if named:
+            parser.error(f"--compare takes two reports or campaigns; it does not go with {BAGS}")
         return _compare(arguments)
     if arguments.manifest is not None:
-        if arguments.fit or arguments.held_out or arguments.out is None:
-            parser.error("--manifest names the bags itself: it needs --out, and does not go with --fit and --held-out")
+        if named or arguments.out is None:
+            parser.error(f"--manifest names the bags itself: it needs --out, and does not go with {BAGS}")
         return run_many(_many(arguments), Console(highlight=False))
     if arguments.jobs or arguments.scheduler:
         parser.error("--jobs and --scheduler go with --manifest")
-    if not arguments.fit or arguments.out is None:
-        parser.error("--fit and --out are needed (or --compare OLD NEW, or --manifest FILE)")
+    if not (arguments.campaign or arguments.fit) or arguments.out is None:
+        parser.error("--campaign or --fit, and --out are needed (or --compare OLD NEW, or --manifest FILE)")
 
     def work() -> None:
-        result = _run(arguments, roles(arguments.fit, arguments.held_out))
+        result = _run(arguments, named_roles(arguments))
         written = write_files(result_files(result), arguments.out)
         print(one_sentence(result))
         for path in written:
             print(path)
 
     gc.freeze()  # what is loaded by now stays to the end: no collection need look through it
-    return guarded("close_loop", arguments.fit[0], arguments.out, work)
+    return guarded("close_loop", named[0], arguments.out, work)
 
 
 def _compare(arguments: argparse.Namespace) -> int:
@@ -66,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
         prog="close_loop",
         description="Find what the declared gyro model lacks; show the error before and after on runs not fitted.",
     )
-    add_bag_arguments(parser, required=False)
+    add_bag_arguments(parser)
     parser.add_argument(
         "--compare",
         nargs=2,

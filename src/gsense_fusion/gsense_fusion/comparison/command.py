@@ -55,6 +55,4 @@ def _snapshot(path: Path, analyse: Analyse) -> Snapshot:
         return load_snapshot(path)
     if (path / REPORT).is_file():
         return load_snapshot(path / REPORT)
-    if not path.exists():
-        raise IdentificationError(f"{path}: no such file or folder")
     return snapshot(report_document(analyse(campaign_bags(path))), str(path))
