@@ -10,7 +10,7 @@ from rich.console import Console
 from gsense_fusion.campaigns import campaign_bags
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.identification.result import LoopResult
-from gsense_fusion.identification.types import IdentificationError, Role
+from gsense_fusion.identification.types import Role
 from gsense_fusion.report.document import report_document
 
 from .console import show
