@@ -43,8 +43,7 @@ class LineTone(StatisticalEffect):
         if not fits:
             return None
         axis = int(np.argmax(np.median([np.abs(f.coefficient) for f in fits], axis=0)))
-        amplitude = np.array([abs(f.coefficient[axis]) for f in fits])
-        noise = np.array([f.stderr[axis] for f in fits])
+        amplitude, noise = np.array([f.all_axes() for f in fits]).T
         level = float(np.median(amplitude))
         present = np.mean(amplitude > 0.5 * level + noise)
         scatter = float(np.sqrt(max(np.var(amplitude) - np.mean(noise**2), 0.0)))
@@ -60,10 +59,11 @@ class LineTone(StatisticalEffect):
             for i, x in enumerate(AXES)
         }
         resolution = float(np.min([w.resolution_hz for w in usable]))
-        spread = resolution * float(error[axis]) / max(level, 1e-30)
+        spread = resolution * float(error[axis]) / max(float(size[axis]), 1e-30)
         parameters["frequency"] = Parameter(frequency, max(spread, 1e-6), "Hz")
-        phase = float(np.angle(fits[0].coefficient[axis]))
-        parameters["phase"] = Parameter(phase, float(noise[0] / max(amplitude[0], 1e-30)), "rad")
+        seen_first = fits[0].coefficient[axis]
+        uncertain = float(fits[0].stderr[axis] / max(abs(seen_first), 1e-30))
+        parameters["phase"] = Parameter(float(np.angle(seen_first)), uncertain, "rad")
         axes = tuple(x for i, x in enumerate(AXES) if size[i] > 3 * error[i])
         rest = tuple(_without(w, frequency) for w in windows)
         return Explanation(parameters, axes, found.p_value, rest, float(np.linalg.norm(size) / np.sqrt(2)))
@@ -79,6 +79,12 @@ class _Sine:
     def __init__(self, coefficient: FloatArray, stderr: FloatArray) -> None:
         self.coefficient = coefficient
         self.stderr = stderr
+
+    def all_axes(self) -> tuple[float, float]:
+        """Amplitude over all axes without what noise adds, and its standard error: of one axis a weak tone scatters."""
+        there = np.isfinite(self.stderr)
+        square = np.sum(np.abs(self.coefficient[there]) ** 2 - 2 * self.stderr[there] ** 2)
+        return float(np.sqrt(max(square, 0.0))), float(np.sqrt(np.mean(self.stderr[there] ** 2)))
 
 
 def _near(residual: WindowResidual, frequency: float) -> BoolArray:
