@@ -26,29 +26,44 @@ class Reject(NamedTuple):
     size: int  # bytes on the wire, closing zero included
 
 
-class FrameStream:
-    """Splits a byte stream into frames and rejects, in order of their arrival."""
+class Splitter:
+    """Cuts a byte stream at an ending byte; counts what it saw, what it rejected and what it skipped."""
 
-    def __init__(self) -> None:
+    def __init__(self, end: bytes) -> None:
         self.bytes_in = 0
         self.rejected_bytes = 0
         self.skipped_bytes = 0
+        self._end = end
         self._pending = b""
         self._synchronised = False
 
     def reset(self) -> None:
-        """Forget the unfinished packet (the port was opened anew); the counts stay."""
+        """Forget the unfinished piece (the port was opened anew); the counts stay."""
         self.skipped_bytes += len(self._pending)
         self._pending = b""
         self._synchronised = False
 
+    def _pieces(self, data: bytes) -> list[bytes]:
+        self.bytes_in += len(data)
+        pieces = (self._pending + data).split(self._end)
+        self._pending = pieces.pop()
+        return pieces
+
+    def _reject(self, reason: str, size: int) -> Reject:
+        self.rejected_bytes += size
+        return Reject(reason, size)
+
+
+class FrameStream(Splitter):
+    """Splits a byte stream into frames and rejects, in order of their arrival."""
+
+    def __init__(self) -> None:
+        super().__init__(b"\0")
+
     def feed(self, data: bytes) -> list[Frame | Reject]:
         """Take bytes as they arrived; returns every frame and reject that they complete."""
-        self.bytes_in += len(data)
-        packets = (self._pending + data).split(b"\0")
-        self._pending = packets.pop()
         items: list[Frame | Reject] = []
-        for packet in packets:
+        for packet in self._pieces(data):
             if len(packet) == PACKET_SIZE:
                 try:
                     item = parse_payload(cobs.decode(packet))
@@ -66,7 +81,3 @@ class FrameStream:
             self._pending = b""
             self._synchronised = True
         return items
-
-    def _reject(self, reason: str, size: int) -> Reject:
-        self.rejected_bytes += size
-        return Reject(reason, size)

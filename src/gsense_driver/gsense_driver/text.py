@@ -15,7 +15,7 @@ from gsense_driver.errors import SettingError
 from gsense_driver.frames import Frame
 from gsense_driver.mounting import Vector
 from gsense_driver.samples import BNO, LISY, MPU, FieldReading, ImuReading, Reading, Sampler, TemperatureReading
-from gsense_driver.stream import Reject
+from gsense_driver.stream import Reject, Splitter
 
 COLUMNS = (
     "-",  # a column that is not used
@@ -50,41 +50,28 @@ def parse_columns(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(names)
 
 
-class TextStream:
+class TextStream(Splitter):
     """Splits a byte stream into rows and rejects, in order of their arrival; never raises on data."""
 
     def __init__(self, columns: Sequence[str], counter_bits: int) -> None:
-        self.bytes_in = 0
-        self.rejected_bytes = 0
-        self.skipped_bytes = 0
+        super().__init__(b"\n")
         self._columns = len(columns)
         self._counter_limit = 1 << counter_bits
-        self._pending = b""
-        self._synchronised = False
-
-    def reset(self) -> None:
-        """Forget the unfinished line (the port was opened anew); the counts stay."""
-        self.skipped_bytes += len(self._pending)
-        self._pending = b""
-        self._synchronised = False
 
     def feed(self, data: bytes) -> list[Row | Reject]:
         """Take bytes as they arrived; returns every row and reject that they complete."""
-        self.bytes_in += len(data)
-        lines = (self._pending + data).split(b"\n")
-        self._pending = lines.pop()
         items: list[Row | Reject] = []
-        for line in lines:
+        for line in self._pieces(data):
             row = self._parse(line)
             if row is not None and self._synchronised:
                 items.append(row)
             elif line.strip() and self._synchronised:
-                items.append(self._reject(len(line) + 1))
+                items.append(self._reject("text", len(line) + 1))
             else:  # the first line may be the tail of one that began before, and still look sound
                 self.skipped_bytes += len(line) + 1
             self._synchronised = True
         if len(self._pending) > _LINE_LIMIT:
-            items.append(self._reject(len(self._pending)))
+            items.append(self._reject("text", len(self._pending)))
             self._pending = b""
         return items
 
@@ -99,10 +86,6 @@ class TextStream:
         if not 0 <= counter < self._counter_limit:
             return None
         return Row(counter, tuple(counts))
-
-    def _reject(self, size: int) -> Reject:
-        self.rejected_bytes += size
-        return Reject("text", size)
 
 
 def _integer(field: bytes) -> int | None:
