@@ -10,9 +10,10 @@ import pytest
 
 from gsense_fusion.identification.effects.base import Templates
 from gsense_fusion.identification.effects.g_resonance import GResonance
+from gsense_fusion.identification.effects.speed_pickup import SpeedPickup
 from gsense_fusion.identification.effects.time_offset import TimeOffset
 from gsense_fusion.identification.search.interval import searched
-from gsense_fusion.identification.search.other_tops import errors_with_tops, other_tops
+from gsense_fusion.identification.search.other_tops import carried, errors_with_tops, other_tops
 
 NAMES = frozenset({"g_resonance"})
 COEFFICIENT = {5.0: 1.0, 8.6: 4.0}
@@ -58,3 +59,23 @@ def test_a_top_that_is_out_of_the_question_widens_nothing() -> None:
 def test_only_modes_have_other_tops() -> None:
     likelihood, fit = _two_tops(1.0)
     assert other_tops(likelihood, fit, TimeOffset()) == []
+
+
+def test_what_a_delay_leaves_open_is_in_the_errors_of_what_takes_its_place() -> None:
+    known_s, slope = 1e-4, 0.3
+
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        late = templates.get("gyro_delay_s") - 0.01
+        beta, covariance = np.array([1.0 - slope * late, 2.0, 3.0]), np.zeros((3, 3))
+        loglik = -0.5 * (late / known_s) ** 2
+        return SimpleNamespace(
+            names=names, templates=templates, loglik=loglik, beta=beta, covariance=covariance, rank=3
+        )
+
+    effects = (SpeedPickup(), TimeOffset())
+    likelihood: Any = SimpleNamespace(evaluate=evaluate, effects=effects, searched={}, tops={})
+    there = Templates().set("gyro_delay_s", 0.01)
+    both = evaluate(frozenset({"speed_pickup", "time_offset"}), there)
+    alone = evaluate(frozenset({"speed_pickup"}), there)
+    assert np.sqrt(np.diag(carried(likelihood, both))) == pytest.approx([slope * known_s, 0.0, 0.0], rel=0.05)
+    assert np.array_equal(carried(likelihood, alone), np.zeros((3, 3)))

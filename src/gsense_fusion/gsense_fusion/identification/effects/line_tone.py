@@ -83,8 +83,8 @@ class _Sine:
     def all_axes(self) -> tuple[float, float]:
         """Amplitude over all axes without what noise adds, and its standard error: of one axis a weak tone scatters."""
         there = np.isfinite(self.stderr)
-        square = np.sum(np.abs(self.coefficient[there]) ** 2 - 2 * self.stderr[there] ** 2)
-        return float(np.sqrt(max(square, 0.0))), float(np.sqrt(np.mean(self.stderr[there] ** 2)))
+        square = float(np.sum(np.abs(self.coefficient[there]) ** 2 - 2 * self.stderr[there] ** 2))
+        return max(square, 0.0) ** 0.5, float(np.sqrt(np.mean(self.stderr[there] ** 2)))
 
 
 def _near(residual: WindowResidual, frequency: float) -> BoolArray:

@@ -11,7 +11,7 @@ from gsense_fusion.identification.effects.base import Effect, parts_of
 from gsense_fusion.identification.errors.predict import Prediction, Predictor, session_biases
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.outcome.precision import current_variance, fitted_variance
-from gsense_fusion.identification.search.other_tops import errors_with_tops
+from gsense_fusion.identification.search.other_tops import carried, errors_with_tops
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 from gsense_fusion.identification.verdict.left_out import survives
 
@@ -25,8 +25,9 @@ def effect_parameters(
     """
     out = {}
     parts = parts_of(likelihood.effects, effect.name, fit.names)
-    errors, added = errors_with_tops(likelihood, fit, effect)
-    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(added) + (0.0 if more is None else more)
+    errors = errors_with_tops(likelihood, fit, effect)[0]
+    variance = np.maximum(np.diag(fit.covariance), 0.0) + np.diag(carried(likelihood, fit))
+    variance += 0.0 if more is None else more
     for part in parts:
         first = likelihood.columns.start[part.name]
         for i, parameter in enumerate(part.parameters):

@@ -12,7 +12,7 @@ from gsense_fusion.identification.noise.spectrum import periodogram
 from gsense_fusion.identification.outcome.unseen import unseen_variance
 from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.search.interval import template_stderr
-from gsense_fusion.identification.search.other_tops import errors_with_tops
+from gsense_fusion.identification.search.other_tops import carried
 from gsense_fusion.identification.types import AXES, FloatArray, Parameter
 
 NOISE_BAND_HZ = (4.0, 20.0)
@@ -32,7 +32,7 @@ def _covariance(likelihood: Likelihood, fit: Fit, effect: Effect, *, refined: bo
     index = np.concatenate([likelihood.columns.index(frozenset({e.name})) for e in parts])
     matrix = fit.covariance[np.ix_(index, index)]
     if refined:
-        matrix = matrix + errors_with_tops(likelihood, fit, effect)[1][np.ix_(index, index)]
+        matrix = matrix + carried(likelihood, fit)[np.ix_(index, index)]
     specs = [p for e in parts for p in e.parameters]
     return Covariance(tuple(p.name for p in specs), matrix, np.array([p.plausible for p in specs]))
 

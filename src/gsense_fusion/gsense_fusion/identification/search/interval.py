@@ -80,7 +80,7 @@ def searched(likelihood: Likelihood, fit: Fit, effect: Effect) -> tuple[FloatArr
         added: FloatArray = np.zeros((len(fit.beta), len(fit.beta)))
         known = [not t.optional or fit.templates.get(t.field, t.default) != t.default for t in specs]
         errors[known] = np.sqrt(np.diag(joint(likelihood, fit, [t for t, k in zip(specs, known, strict=True) if k])))
-        if specs and effect.parameters and effect.name in fit.names:
+        if specs and effect.name in fit.names:
             added = _carried(likelihood, fit, specs)
         likelihood.searched[key] = errors, added
     return likelihood.searched[key]

@@ -55,6 +55,15 @@ def errors_with_tops(likelihood: Likelihood, fit: Fit, effect: Effect) -> tuple[
     return errors, added
 
 
+def carried(likelihood: Likelihood, fit: Fit) -> FloatArray:
+    """What the searched parameters of all effects of a fit add to the covariance of its coefficients, shape (P, P).
+
+    Not to those of their own effect alone: what a mode far above the drive does not make, G does.
+    """
+    known = [e for e in likelihood.effects if e.name in fit.names and e.part_of is None]
+    return np.sum([np.zeros_like(fit.covariance), *(errors_with_tops(likelihood, fit, e)[1] for e in known)], axis=0)
+
+
 def other_tops(likelihood: Likelihood, fit: Fit, effect: Effect) -> list[Fit]:
     """Fits at other tops over the frequencies of an effect's modes, `LIKELY_DROP` at most below the best one.
 
