@@ -24,6 +24,9 @@ from gsense_fusion.identification.verdict.residual import FOLDED_FROM, WindowRes
 BAND = 1.26
 """Width of a narrow band: a third of an octave."""
 LEAST_BINS = 20
+LEAST_LEVEL = 0.5
+"""Of the noise at rest: what the other runs have is held above. A strong tone at rest raises its expectation around it,
+and what the tone leaks differs with the length of the window."""
 UNSTEADY = 0.04
 """Relative error of a run's level in a band beyond that of its ordinates: noise is not quite steady."""
 KINDS = 3
@@ -94,7 +97,7 @@ def narrow_band(moving: Sequence[WindowResidual]) -> Uneven | None:
         told = np.stack([(w.bins.weight[u] > 0).sum(axis=0) for w, u, _ in windows])
         count, rest = np.maximum(told, 1.0), np.maximum(told.sum(axis=0) - told, 1.0)
         power = np.stack([w.power[u].sum(axis=0) / own for w, u, own in windows])
-        others = (power.sum(axis=0) - power) / rest
+        others = np.maximum((power.sum(axis=0) - power) / rest, LEAST_LEVEL)
         free = 1.0 / (1.0 / rest + UNSTEADY**2)
         p = np.where(told < LEAST_BINS, 1.0, fisher.sf(_over(power / count, others), 2 * count, 2 * free))
         looks += p.size
