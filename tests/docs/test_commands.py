@@ -34,6 +34,7 @@ def test_every_executable_is_run_by_a_test(name: str) -> None:
         ("./rig run gsense_fusion fusion --ros-args -p filtre:=vqf", "filtre"),
         ("./rig bench nothing", "no benchmark"),
         ("./rig test tests/nothing", "no tests/nothing"),
+        ("./rig exec python -m pytest tests/docs", "./rig test"),
         ("ros2 launch gsense_rig rig.launch.xml prot:=x", "prot"),
         ("ros2 action send_goal /rig/move gsense_msgs/action/Move '{shap: 1}'", "shap"),
         ("ros2 service call /rig/fly std_srvs/srv/Trigger", "/rig/fly"),

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from tests.docs.documents import DOCUMENTS, ROOT
 
+from gsense_rig.demonstration.folder import DemoFolder
+
 BY_NAME = pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
 
 
@@ -50,6 +52,14 @@ def test_every_source_that_is_named_exists(document: Path) -> None:
     wrong = {name for name in named if not any(file == name or file.endswith(f"/{name}") for file in tracked())}
     made = {name for name in wrong if re.match(r"(my_effects|run_\w+)\.", name)}
     assert wrong - made == set()
+
+
+@BY_NAME
+def test_every_file_of_a_demo_that_is_named_is_one_that_it_writes(document: Path) -> None:
+    demo = DemoFolder(Path("out/demo"))
+    report = {demo.report / name for name in ("report.html", "report.json", "compensation.yaml", "next_plan.yaml")}
+    written = {demo.live_bag, demo.campaign, demo.hidden, demo.summary, *report}
+    assert {Path(name) for name in re.findall(r"out/demo/[\w/.]*\w", document.read_text(encoding="utf-8"))} <= written
 
 
 def test_every_folder_of_the_architecture_exists() -> None:
