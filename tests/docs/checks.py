@@ -79,10 +79,9 @@ def _rig(words: list[str]) -> str:
         return _options("gsense_rig demo", words[1:])
     if words[0] == "bench":
         return _bench(words[1:])
-    if words[0] == "exec" and "pytest" in words:
-        return "the tools of the tests are there after ./rig test alone"
     if words[0] in ("exec", "test"):
-        return _files(words[1:])
+        needs_tools = words[0] == "exec" and "pytest" in words
+        return "the tools of the tests are there after ./rig test alone" if needs_tools else _files(words[1:])
     return ""
 
 
