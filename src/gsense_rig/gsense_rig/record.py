@@ -1,9 +1,9 @@
 """`record`: records the live graph into a rosbag2 bag (MCAP), for machines without `ros2 bag`.
 
-Parameters: `out`, the bag's folder; `topics`, names to record (default: all); `max_bag_size`, bytes of a storage file
-(default 0: one file); `max_queue`, bytes that may wait for the disk. Ends on SIGINT or SIGTERM: the bag is closed, its
-path, its counts and what could not be kept are printed, exit 0. Exit 2 where the bag cannot be made, 1 where the disk
-became full.
+Parameters: `out`, the bag's folder (default: named by the time); `topics`, names to record (default: all);
+`max_bag_size`, bytes of a storage file (default 0: one file); `max_queue`, bytes that may wait for the disk (default
+268435456). Ends on SIGINT or SIGTERM: the bag is closed, its path, its counts and what could not be kept are printed,
+exit 0. Exit 2 where the bag cannot be made, 1 where the disk became full.
 
 `record --repair BAG` repairs the bag of a recorder that was killed: what had reached the disk, all but the last second.
 `record --qos-overrides [NAMESPACE]` prints the QoS file with which `ros2 bag record` loses nothing.
