@@ -10,8 +10,9 @@ import numpy as np
 from gsense_fusion.identification.effects.base import Effect, Templates
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.likelihood.slow import Blocks
+from gsense_fusion.identification.motion.grouping import SAME_GRAVITY_RAD
 from gsense_fusion.identification.search.chance import Chance, chance
-from gsense_fusion.identification.types import FloatArray, IntArray
+from gsense_fusion.identification.types import GRAVITY, FloatArray, IntArray
 
 MIN_STEP_BLOCKS = 8
 JUMP = "bias_jump"
@@ -92,14 +93,33 @@ def known_columns(likelihood: Likelihood, fit: Fit) -> FloatArray:
     return np.concatenate([empty, *(c[:, None] for c in columns if c is not None)], axis=1)
 
 
+def gravity_columns(likelihood: Likelihood, fit: Fit) -> FloatArray:
+    """How gravity differs between the blocks of different mountings, shape (b, j); none where they feel it alike.
+
+    A G that the mountings hardly identify is zero in a fit, and what it makes of gravity steps where the board was
+    turned: no evidence of a step of the bias there, or between the first blocks behind.
+    """
+    if "g_sensitivity" not in fit.names:
+        return np.zeros((len(likelihood.blocks), 0))
+    felt = [np.zeros(3) if m is None else m.gravity * m.up for m in (r.mounting for r in likelihood.campaign.fit)]
+    force = np.array([felt[run] for run in likelihood.blocks.run])
+    directions, spread, _ = np.linalg.svd(force - force.mean(axis=0), full_matrices=False)
+    return np.asarray(directions[:, spread > SAME_GRAVITY_RAD * GRAVITY * np.sqrt(len(force))])
+
+
 def slow_residual(likelihood: Likelihood, fit: Fit) -> FloatArray:
     """Block means that a model leaves, rad/s, shape (b, 3)."""
     return np.asarray(likelihood.blocks.rate - likelihood.block_columns(fit.templates, fit.names) @ fit.beta)
 
 
-def beside(likelihood: Likelihood, fit: Fit, columns: FloatArray) -> Chance:
-    """What columns on every axis (b, k) gain beside a model, and what they gain from drift alone."""
-    return chance(likelihood.slow, slow_residual(likelihood, fit), columns, known_columns(likelihood, fit))
+def beside(likelihood: Likelihood, fit: Fit, columns: FloatArray, free: FloatArray | None = None) -> Chance:
+    """What columns on every axis (b, k) gain beside a model and `free` ones, and what they gain from drift alone."""
+    return chance(likelihood.slow, slow_residual(likelihood, fit), columns, _with_free(likelihood, fit, free))
+
+
+def _with_free(likelihood: Likelihood, fit: Fit, free: FloatArray | None) -> FloatArray:
+    known = known_columns(likelihood, fit)
+    return known if free is None else np.concatenate([known, free], axis=1)
 
 
 def motion_offsets(likelihood: Likelihood) -> FloatArray:
@@ -123,9 +143,6 @@ def p_beside(likelihood: Likelihood, fit: Fit, name: str, gain: float, free: Flo
     tried = slow_alternatives(likelihood)
     if not tried.columns.shape[1]:
         return 1.0
-    known = known_columns(likelihood, fit)
-    if free is not None:
-        known = np.concatenate([known, free], axis=1)
-    found = chance(likelihood.slow, slow_residual(likelihood, fit), tried.columns, known)
+    found = beside(likelihood, fit, tried.columns, free)
     own = [g for g, n in zip(found.gains, tried.names, strict=True) if n == name]
     return found.p_value(float(max(own)) if own else gain)

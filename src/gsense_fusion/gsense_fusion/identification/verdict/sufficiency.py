@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.search.alternatives import beside, slow_residual
+from gsense_fusion.identification.search.alternatives import beside, gravity_columns, slow_residual
 from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
 from gsense_fusion.identification.verdict.bands import louder_band
@@ -213,7 +213,7 @@ def _courses(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     tried = courses(likelihood)
     if not tried.words:
         return []
-    found = beside(likelihood, fit, tried.columns)
+    found = beside(likelihood, fit, tried.columns, gravity_columns(likelihood, fit))
     best = int(np.argmax(found.gains))
     gain = float(found.gains[best])
     if found.hopeless(gain, len(likelihood.slow), alpha):

@@ -10,7 +10,7 @@ from scipy.stats import chi2
 
 from gsense_fusion.identification.effects.quantization import Rounding
 from gsense_fusion.identification.likelihood.model import Fit
-from gsense_fusion.identification.search.alternatives import JUMP, motion_offsets, p_beside
+from gsense_fusion.identification.search.alternatives import JUMP, gravity_columns, motion_offsets, p_beside
 from gsense_fusion.identification.search.selection import RIVAL_LOGLIK, Selection
 from gsense_fusion.identification.search.soundness import sound
 from gsense_fusion.identification.verdict.courses import rather_gradual
@@ -108,7 +108,8 @@ def rests_on_motion(selection: Selection, names: Sequence[str], name: str, linge
 def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     """Why drift alone, or for a step something gradual, may be what an effect of the block means explains."""
     rest = fit_without(selection, best, name)
-    p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0])
+    free = gravity_columns(selection.likelihood, rest) if name == JUMP else None
+    p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0], free)
     p = min(p, _p_of_instant(selection, best, rest, name))
     if p > OPEN_ALPHA:
         return Refusal(f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
