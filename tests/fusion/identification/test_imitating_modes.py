@@ -39,6 +39,6 @@ def test_a_second_mode_is_sound_with_all_the_terms_of_its_claim(
         bought=frozenset({"g_resonance_second"}) & best,
         gain=lambda *_: (100.0, 6),
     )
-    names, _, refusals = claims._vetted(cast(Selection, selection), cast(Any, SimpleNamespace(names=best)), None)
+    names, _, refusals = claims._vetted(cast(Selection, selection), cast(Any, SimpleNamespace(names=best)), None, ())
     assert names == claimed
     assert set(refusals) == {"g_resonance"} - set(claimed)
