@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 
 
 class _Format(argparse.RawDescriptionHelpFormatter, argparse.ArgumentDefaultsHelpFormatter):

@@ -13,7 +13,7 @@ from tests.malformed import workers
 from tests.malformed.answers import Verdict, answer
 from tests.malformed.cases import MAKERS, Material, run_case
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 
 
 @pytest.fixture(scope="module")

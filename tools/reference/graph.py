@@ -13,7 +13,7 @@ from unittest import mock
 
 from rcl_interfaces.msg import ParameterDescriptor
 
-from gsense_input.node_help import Parameter
+from gsense_driver.user_input.node_help import Parameter
 
 SENSOR = "mpu6050"
 FILTER = "madgwick"

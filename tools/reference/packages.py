@@ -10,7 +10,7 @@ from pathlib import Path
 from xml.etree import ElementTree as ET  # our own files
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ("gsense_input", "gsense_driver", "gsense_rig", "gsense_fusion")
+PACKAGES = ("gsense_driver", "gsense_rig", "gsense_fusion")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from gsense_input.node_help import Parameter, allowed, shown
+from gsense_driver.user_input.node_help import Parameter, allowed, shown
 from reference import graph, packages, words
 from reference.commands import options, parser_of
 from reference.graph import FILTER, SENSOR, Endpoint, Notes

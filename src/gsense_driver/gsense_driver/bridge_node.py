@@ -28,9 +28,9 @@ from gsense_driver.settings import (
     Settings,
     make_settings,
 )
-from gsense_input.arguments import without_ros
-from gsense_input.node_help import node_parser
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.arguments import without_ros
+from gsense_driver.user_input.node_help import node_parser
+from gsense_driver.user_input.parameters import refuse_unknown
 
 _STEP_NS = 1_000_000  # a wall clock that moves by more against the steady one was set; smaller is its slewing
 _REPORT_PERIOD_S = 1.0

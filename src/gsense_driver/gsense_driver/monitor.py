@@ -26,8 +26,8 @@ from gsense_driver.messages import qos
 from gsense_driver.monitor_state import Link, MonitorState, Verdict, own_task, since
 from gsense_driver.monitor_view import line, view
 from gsense_driver.samples import BNO, MPU, SENSORS
-from gsense_input.arguments import ArgumentParser, without_ros
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.parameters import refuse_unknown
 
 _TASKS = frozenset({"link", "clock", "raw_log", *SENSORS})
 _RAW = tuple(f"{sensor}/{Topics.IMU_RAW}" for sensor in SENSORS)

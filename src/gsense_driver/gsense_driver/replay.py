@@ -28,8 +28,8 @@ from gsense_driver.raw_log import (
 )
 from gsense_driver.session import Outlet, Session
 from gsense_driver.settings import PARAMETERS, make_settings
-from gsense_input.arguments import ArgumentParser, without_ros
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.parameters import refuse_unknown
 
 _FAST_HZ = 5000.0  # readings per second with --fast: ten times the board's
 _BURST_S = 0.01  # of readings that may come at once

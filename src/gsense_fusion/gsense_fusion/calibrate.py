@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_fusion.bags import load_run
 from gsense_fusion.bags.run import Run
 from gsense_fusion.calibration.accelerometer import AccelerometerCalibration, calibrate_accelerometer, pose_means
@@ -26,7 +27,6 @@ from gsense_fusion.compensation.model import compensation_yaml
 from gsense_fusion.identification.analysis import Analysis
 from gsense_fusion.identification.motion.earth import Site
 from gsense_fusion.identification.types import GRAVITY, IdentificationError, Role
-from gsense_input.arguments import ArgumentParser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_fusion.bags import is_bag
 from gsense_fusion.identification.types import IdentificationError, Role
-from gsense_input.yaml_text import parse_yaml
 
 INDEX = "index.yaml"
 

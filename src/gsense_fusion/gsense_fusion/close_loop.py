@@ -11,6 +11,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_fusion.cli import add_bag_arguments, guarded, named_roles
 from gsense_fusion.closing import Request, result_files, run_request, write_files
 from gsense_fusion.comparison.command import compare_paths
@@ -19,7 +20,6 @@ from gsense_fusion.identification.types import Role
 from gsense_fusion.many.command import Options, run_many
 from gsense_fusion.many.manifest import Choices
 from gsense_fusion.report.words import one_sentence
-from gsense_input.arguments import ArgumentParser
 
 BAGS = "--campaign, --fit and --held-out"
 

@@ -17,7 +17,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, MagneticField, Temperature
 
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.parameters import refuse_unknown
 
 from .attitude.fusion import Fusion
 from .attitude.registry import UnknownFilterError, channels

@@ -15,8 +15,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from gsense_input.arguments import without_ros
-from gsense_input.node_help import node_parser
+from gsense_driver.user_input.arguments import without_ros
+from gsense_driver.user_input.node_help import node_parser
 
 
 def run_node(

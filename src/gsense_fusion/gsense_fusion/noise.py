@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_fusion.bags import load_run
 from gsense_fusion.calibration.allan import pooled_density
 from gsense_fusion.calibration.rest_noise import (
@@ -20,7 +21,6 @@ from gsense_fusion.calibration.rest_noise import (
 )
 from gsense_fusion.cli import guarded
 from gsense_fusion.compensation.document import write_atomically
-from gsense_input.arguments import ArgumentParser
 
 
 def main(argv: Sequence[str] | None = None) -> int:

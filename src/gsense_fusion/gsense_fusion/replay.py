@@ -13,6 +13,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_fusion.attitude.accuracy import Accuracy, AccuracyError, Reference, at_samples, score
 from gsense_fusion.attitude.fusion import Fusion, FusionStatus
 from gsense_fusion.attitude.interface import IntArray
@@ -27,7 +28,6 @@ from gsense_fusion.cli import fail
 from gsense_fusion.compensation import CompensationError, CompensationFile, load_compensation
 from gsense_fusion.compensation.document import write_atomically
 from gsense_fusion.fusion_output import Uncertainty
-from gsense_input.arguments import ArgumentParser
 
 SCHEMA = "gsense-accuracy/1"
 OWN = "own"

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.parameters import refuse_unknown
 
 from .bags.topics import sensor_name
 from .compensation import CompensationError, load_compensation

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import yaml
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_rig.control.tuning import IDENTIFIED, TuneError, drive_from_mapping
 
 if TYPE_CHECKING:

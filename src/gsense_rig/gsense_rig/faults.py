@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_rig.fault_trials.cases import CASES
 from gsense_rig.fault_trials.table import failures, header, line
 from gsense_rig.fault_trials.trial import try_case

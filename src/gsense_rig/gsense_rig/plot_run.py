@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_rig.recording.run_columns import RunColumns, RunError, read_columns
 from gsense_rig.recording.typestore import DefinitionError, typestore
 

@@ -25,7 +25,7 @@ from rclpy.executors import ExternalShutdownException
 from rclpy.signals import SignalHandlerOptions
 from rosbags.rosbag2 import ReaderError, WriterError
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.arguments import ArgumentParser, without_ros
 from gsense_rig.recording.overrides import overrides
 from gsense_rig.recording.recorder_node import RecorderNode
 from gsense_rig.recording.repair import RepairError, repair

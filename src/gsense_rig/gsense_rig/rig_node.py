@@ -22,9 +22,9 @@ from rclpy.signals import SignalHandlerOptions
 from sensor_msgs.msg import JointState
 from std_srvs.srv import Trigger
 
-from gsense_input.arguments import without_ros
-from gsense_input.node_help import node_parser
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.arguments import without_ros
+from gsense_driver.user_input.node_help import node_parser
+from gsense_driver.user_input.parameters import refuse_unknown
 from gsense_rig import drive_file, rig_messages, rig_settings
 from gsense_rig.control.tuning import TuneError, identify
 from gsense_rig.ending import Ending

@@ -12,7 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_rig.campaign.index import CampaignIndexError
 from gsense_rig.campaign.plan import Plan, PlanError, PlanRun, load_plan, shipped_plans
 from gsense_rig.campaign.session import DEFAULT_START, SessionSpec

@@ -8,7 +8,7 @@ import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 from gsense_rig.assessment import checks, plants, plot, tables
 from gsense_rig.assessment.judging import Judged, judge_pi, judge_plant, within_targets, worst
 from gsense_rig.assessment.sine_run import Tracking

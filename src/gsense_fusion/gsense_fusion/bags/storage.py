@@ -20,7 +20,7 @@ from rosbags.interfaces import Connection
 from rosbags.rosbag2 import Reader, storage_mcap
 from rosbags.rosbag2.metadata import parse_qos
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 
 from .mcap_messages import Sink, read_messages
 from .mcap_salvage import is_closed, salvage

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 
 from .document import Matrix, Section, Vector, write_atomically
 from .terms import Term, parse_term, term_document

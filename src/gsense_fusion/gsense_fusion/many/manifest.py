@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_fusion.compensation.document import Section
-from gsense_input.yaml_text import parse_yaml
 
 
 class ManifestError(ValueError):

@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, Task, TextColumn
 from rich.text import Text
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.arguments import ArgumentParser, without_ros
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
 from gsense_rig.campaign.live import Limits, LiveCampaign, LiveResult, Step

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_rig.campaign.plan import Plan, PlanRun
 from gsense_rig.recording.bag import storage_file
 

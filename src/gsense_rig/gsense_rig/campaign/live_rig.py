@@ -18,7 +18,7 @@ from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
 from std_srvs.srv import Trigger
 
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.parameters import refuse_unknown
 from gsense_rig.campaign.carriage import STILL_AFTER, STILL_BEFORE
 from gsense_rig.campaign.crew import CampaignError, LinkFigures, Operator, RunOutcome, Show
 from gsense_rig.campaign.plan import PlanRun

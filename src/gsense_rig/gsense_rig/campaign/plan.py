@@ -12,7 +12,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_rig.control.triangle import triangle_is_possible
 from gsense_rig.sensors.mounting import MOUNTINGS
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_rig.campaign.index import INDEX, Index, checksum, is_intact, read_index, write_yaml
 from gsense_rig.campaign.messages import Batch
 from gsense_rig.campaign.plan import Plan, PlanRun

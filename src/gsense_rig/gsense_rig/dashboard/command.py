@@ -13,8 +13,8 @@ from rclpy.signals import SignalHandlerOptions
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 
-from gsense_input.arguments import without_ros
-from gsense_input.node_help import node_parser
+from gsense_driver.user_input.arguments import without_ros
+from gsense_driver.user_input.node_help import node_parser
 from gsense_rig.dashboard.access import Access
 from gsense_rig.dashboard.folder import Folder
 from gsense_rig.dashboard.motions import Motions

@@ -15,7 +15,7 @@ from rclpy.qos import HistoryPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import BatteryState, Imu, JointState, Temperature
 
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.parameters import refuse_unknown
 from gsense_rig.dashboard import messages
 from gsense_rig.dashboard.settings import DashboardSettings, declare
 from gsense_rig.dashboard.snapshot import GCOMP

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 
 LARGEST_SEED = 2**31 - 2
 

@@ -13,7 +13,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks, UnsupportedEventType
 from rclpy.node import Node
 from rosbags.typesys.store import Typestore
 
-from gsense_input.parameters import refuse_unknown
+from gsense_driver.user_input.parameters import refuse_unknown
 from gsense_rig.recording import discovery
 from gsense_rig.recording.typestore import knows
 from gsense_rig.recording.writer_thread import MAX_QUEUE, BagThread, Summary, Topic

@@ -6,7 +6,7 @@ import typing
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 from gsense_rig.hardware.interface import HardwareError
 
 if TYPE_CHECKING:

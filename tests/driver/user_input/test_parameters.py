@@ -7,7 +7,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: run the tests by ./
 import rclpy
 from tests.domains import own_domain
 
-from gsense_input.parameters import UnknownParameterError, refuse_unknown
+from gsense_driver.user_input.parameters import UnknownParameterError, refuse_unknown
 from reference.graph import nodes
 
 PARAMETERS = {"port": "", "baud": 460800, "unit_id": "", "bno055.gyro_lsb_per_dps": 16.0}

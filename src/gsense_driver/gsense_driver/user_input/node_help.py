@@ -10,7 +10,7 @@ from textwrap import fill
 from types import SimpleNamespace
 from typing import Any
 
-from gsense_input.arguments import ArgumentParser
+from gsense_driver.user_input.arguments import ArgumentParser
 
 _INDENT = 8
 

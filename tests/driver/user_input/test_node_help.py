@@ -6,7 +6,7 @@ pytest.importorskip("rclpy", reason="rclpy is not installed: run the tests by ./
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 
-from gsense_input.node_help import node_parser
+from gsense_driver.user_input.node_help import node_parser
 
 
 def declare(node):

@@ -1,6 +1,6 @@
 import pytest
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 
 
 def test_plain_values():

@@ -12,7 +12,7 @@ from typing import Any
 
 from rclpy.exceptions import ParameterException
 
-from gsense_input.yaml_text import parse_yaml
+from gsense_driver.user_input.yaml_text import parse_yaml
 
 QOS = "qos_overrides."
 """Begins parameters of ROS that a node has only where it asks for them."""

@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from gsense_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.arguments import ArgumentParser, without_ros
 
 
 def test_a_wrong_argument_is_one_line(capsys):
@@ -23,5 +23,7 @@ def test_what_is_for_ros_is_left_out():
 
 
 def test_a_command_without_ros_loads_none_of_it():
-    words = "import sys; from gsense_input.arguments import ArgumentParser; sys.exit('rclpy' in sys.modules)"
+    words = (
+        "import sys; from gsense_driver.user_input.arguments import ArgumentParser; sys.exit('rclpy' in sys.modules)"
+    )
     assert subprocess.run([sys.executable, "-c", words], check=False).returncode == 0
