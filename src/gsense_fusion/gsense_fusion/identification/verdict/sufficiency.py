@@ -213,18 +213,25 @@ def _courses(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:
     tried = courses(likelihood)
     if not tried.words:
         return []
-    found = beside(likelihood, fit, tried.columns, gravity_columns(likelihood, fit))
-    best = int(np.argmax(found.gains))
-    gain = float(found.gains[best])
-    if found.hopeless(gain, len(likelihood.slow), alpha):
-        return []
-    p = found.p_value(gain)
-    if p > alpha:
-        return []
+    best, p = 0, 0.0
+    for free in _taken_and_free(gravity_columns(likelihood, fit)):
+        found = beside(likelihood, fit, tried.columns, free)
+        best = int(np.argmax(found.gains))
+        gain = float(found.gains[best])
+        if found.hopeless(gain, len(likelihood.slow), alpha):
+            return []
+        p = max(p, found.p_value(gain))
+        if p > alpha:
+            return []
     _, slope = _sizes(likelihood, fit, tried.columns[:, best])
     size = np.abs(slope) * float(np.std(tried.columns[:, best]))
     text = f"{tried.words[best]}, most on {AXES[int(np.argmax(size))]}"
     return [Symptom("course", _names(size > 0.3 * size.max()), p, float(np.linalg.norm(size)), (), text)]
+
+
+def _taken_and_free(columns: FloatArray) -> list[FloatArray | None]:
+    """Both ways to look beside columns (b, j) that may be there: what is seen one way alone is no evidence."""
+    return [None, columns] if columns.shape[1] else [None]
 
 
 def _drift(likelihood: Likelihood, fit: Fit, alpha: float) -> list[Symptom]:

@@ -108,8 +108,11 @@ def rests_on_motion(selection: Selection, names: Sequence[str], name: str, linge
 def _slow_refusal(selection: Selection, best: Fit, name: str) -> Refusal | None:
     """Why drift alone, or for a step something gradual, may be what an effect of the block means explains."""
     rest = fit_without(selection, best, name)
-    free = gravity_columns(selection.likelihood, rest) if name == JUMP else None
-    p = p_beside(selection.likelihood, rest, name, selection.gain(best, name)[0], free)
+    gain = selection.gain(best, name)[0]
+    p = p_beside(selection.likelihood, rest, name, gain)
+    if name == JUMP:
+        free = gravity_columns(selection.likelihood, rest)
+        p = max(p, p_beside(selection.likelihood, rest, name, gain, free)) if free.shape[1] else p
     p = min(p, _p_of_instant(selection, best, rest, name))
     if p > OPEN_ALPHA:
         return Refusal(f"gains no more than drift alone may ({100 * p:.2g} % by chance): no claim")
