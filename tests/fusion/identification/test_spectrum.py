@@ -60,3 +60,7 @@ def test_a_filter_s_slope_is_not_smoothed_away() -> None:
     truth = 2 / rate / (1 + (f / 15.0) ** 8)
     assert np.abs(np.log(model.psd(f) / truth)).max() < 0.4
     assert np.sqrt(model.variance(f)).max() < 0.25
+
+
+def test_without_low_frequencies_there_is_no_model() -> None:
+    assert np.isnan(fit_noise([np.random.default_rng(2).standard_normal(8)], 100.0).white)

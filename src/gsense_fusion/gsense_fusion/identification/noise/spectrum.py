@@ -117,6 +117,9 @@ def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[Boo
         rate_hz: Sample rate.
         masks: For each window which ordinates count (drive orders excluded); all where None.
 
+    Returns:
+        The model; of no number where no ordinate lies below `PARAMETRIC_BELOW_HZ`.
+
     """
     grams = [periodogram(w, rate_hz) for w in windows]
     frequency = np.concatenate([g.frequency for g in grams])
@@ -127,6 +130,8 @@ def fit_noise(windows: Sequence[FloatArray], rate_hz: float, masks: Sequence[Boo
     order = np.argsort(frequency, kind="stable")
     frequency, power = frequency[order], power[order]
     low = frequency < PARAMETRIC_BELOW_HZ
+    if not low.any():
+        return NoiseModel(np.nan, np.nan, np.nan, np.ones(1), np.ones(1))
     white, flicker, walk = _whittle(frequency[low], power[low])
     shape_hz, shape, covariance = _shape(frequency, power, (white, flicker, walk))
     model = NoiseModel(white, flicker, walk, shape_hz, shape, (), covariance)
