@@ -10,6 +10,7 @@ import signal
 import sys
 from collections.abc import Sequence
 
+from gsense_driver.user_input.interruption import Interrupted, Interruption
 from gsense_rig.demonstration.folder import FolderError, open_folder
 from gsense_rig.demonstration.options import parse
 from gsense_rig.demonstration.processes import DemoError, Processes
@@ -17,16 +18,10 @@ from gsense_rig.demonstration.processes import DemoError, Processes
 UNUSABLE = 2
 
 
-class Ended(BaseException):
-    """A signal asks the demo to end."""
-
-
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 1 with one line where it cannot go on, 2 where its options cannot be used, 128 + n after signal n."""
     options = parse(arguments)
-    asked: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, lambda number, _frame: _end(number, asked))
+    asked = Interruption((signal.SIGINT, signal.SIGTERM, signal.SIGHUP))
     from gsense_rig.demonstration import start  # noqa: PLC0415 - after the options: a wrong one is told at once
 
     processes: Processes | None = None
@@ -40,30 +35,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             Story(options, folder, processes, setting, live).tell()
         finally:
-            _ignore_signals()
+            asked.over()  # a second Ctrl-C must not leave processes behind
             if processes is not None:
                 processes.close()
             folder.close()
     except (DemoError, FolderError) as error:
         print(f"demo: {error}", file=sys.stderr)
         return UNUSABLE if isinstance(error, FolderError) else 1
-    except (Ended, Exception):
-        if not asked:  # else it is what a binding of ROS made of the exception that it was interrupted by
+    except (Interrupted, Exception):
+        if asked.number is None:  # else it is what a binding of ROS made of the exception that it was interrupted by
             raise
-        print(f"\ndemo: ended by {signal.Signals(asked[0]).name}; all its processes are gone", file=sys.stderr)
-        return 128 + asked[0]
+    if asked.number is not None:
+        print(f"\ndemo: ended by {signal.Signals(asked.number).name}; all its processes are gone", file=sys.stderr)
+        return 128 + asked.number
     return 0
-
-
-def _end(number: int, asked: list[int]) -> None:
-    asked.append(number)
-    raise Ended(number)
-
-
-def _ignore_signals() -> None:
-    """A second Ctrl-C must not leave processes behind; what follows is bounded."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)
 
 
 if __name__ == "__main__":

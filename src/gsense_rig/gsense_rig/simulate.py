@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from gsense_driver.user_input.arguments import ArgumentParser
+from gsense_driver.user_input.interruption import Interruption
 from gsense_rig.campaign.index import CampaignIndexError
 from gsense_rig.campaign.plan import Plan, PlanError, PlanRun, load_plan, shipped_plans
 from gsense_rig.campaign.session import DEFAULT_START, SessionSpec
@@ -33,7 +34,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         plan = load_plan(options.plan)
         begun = time.perf_counter()
-        result = _simulate(plan, options.out, spec)
+        with Interruption():
+            result = _simulate(plan, options.out, spec)
     except (PlanError, SimulateError, CampaignIndexError, DefinitionError, ValueError, OSError) as error:
         print(f"simulate: {error}", file=sys.stderr)
         return UNUSABLE

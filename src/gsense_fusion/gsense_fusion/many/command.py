@@ -8,13 +8,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import FrameType
-from typing import NoReturn
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from gsense_driver.user_input.interruption import Interruption
 from gsense_fusion.cli import one_line as error_line
 from gsense_fusion.closing import REPORT_JSON
 from gsense_fusion.comparison.snapshot import load_snapshot
@@ -71,7 +70,7 @@ def run_many(options: Options, console: Console) -> int:
 
 def _run(options: Options, console: Console) -> int:
     sessions = _sessions(options)
-    with _interruptible(), locked(options.out):
+    with Interruption(), locked(options.out):
         check_free(options.out, sessions)
         outcomes: dict[str, Outcome] = {}
         try:
@@ -160,20 +159,6 @@ def _row(out: Path, name: str, outcome: Outcome | None) -> Row:
         return Row(name, State.FAILED, outcome.reason or "its report is not there any more")
     report = load_snapshot(out / name / REPORT_JSON)
     return Row(name, outcome.state, "", report, record.start_ns, record.seconds)
-
-
-@contextmanager
-def _interruptible() -> Iterator[None]:
-    """SIGTERM ends as Ctrl-C does."""
-    before = signal.signal(signal.SIGTERM, _interrupt)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
-
-
-def _interrupt(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise KeyboardInterrupt
 
 
 @contextmanager

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import shutil
-import signal
 import sys
 import tempfile
 import time
@@ -22,6 +21,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColum
 from rich.text import Text
 
 from gsense_driver.user_input.arguments import ArgumentParser, without_ros
+from gsense_driver.user_input.interruption import Interrupted, Interruption
 from gsense_rig.campaign.crew import CampaignError
 from gsense_rig.campaign.index import INDEX, CampaignIndexError
 from gsense_rig.campaign.live import Limits, LiveCampaign, LiveResult, Step
@@ -39,9 +39,7 @@ _LISTEN = 5.0
 def main(arguments: Sequence[str] | None = None) -> int:
     """Exit 0; 2 with one line where plan or folder cannot be used; 1 where it stopped; 130 after Ctrl-C."""
     options = _parser().parse_args(without_ros("campaign", sys.argv if arguments is None else ["campaign", *arguments]))
-    asked: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _frame: _interrupt(number, asked))
+    asked = Interruption()
     begun = False
     try:
         plan = load_plan(options.plan)
@@ -64,8 +62,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (CampaignError, OSError) as error:
         goes_on = begun and (options.out / INDEX).is_file()
         return _say(f"{error}{'; the same command goes on' if goes_on else ''}", STOPPED if goes_on else UNUSABLE)
-    except (KeyboardInterrupt, Exception):
-        if not asked:  # else it is what a binding of ROS made of the exception that it was interrupted by
+    except (Interrupted, Exception):
+        if asked.number is None:  # else it is what a binding of ROS made of the exception that it was interrupted by
             raise
         return _say(f"interrupted; the same command goes on in {options.out}", INTERRUPTED)
     _report(result)
@@ -186,11 +184,6 @@ def _report(result: LiveResult) -> None:
 def _say(text: str, code: int) -> int:
     Console(stderr=True, highlight=False, soft_wrap=True, markup=False).print(f"campaign: {text}")
     return code
-
-
-def _interrupt(number: int, asked: list[int]) -> None:
-    asked.append(number)
-    raise KeyboardInterrupt
 
 
 if __name__ == "__main__":
