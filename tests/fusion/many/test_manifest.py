@@ -60,6 +60,7 @@ entries:
         ("entries: [{campaign: a, latitude: .nan}]", "entries[0].latitude: a finite number is needed"),
         ("entries: [{campaign: a, sensors: b}]", "entries[0].sensors: not a key of this schema"),
         ("entries: [{campaign: a}]\nmore: 1", "more: not a key"),
+        ("schema: gsense-index/1\nruns: []", "the index of a campaign, not a manifest: --campaign /data in place of"),
         ("entries: [", "line 1: not YAML"),
         ("a: &a [*a]", "not a key"),
     ],

@@ -51,7 +51,9 @@ def parse_manifest(text: str, path: Path, choices: Choices) -> tuple[ManifestEnt
         ManifestError: it is not YAML, or says what is not understood; one line with the entry and the key.
     """
     try:
-        top = Section("", parse_yaml(text))
+        document = parse_yaml(text)
+        _no_index(document, path)
+        top = Section("", document)
         entries = [_entry(section, path, choices) for section in top.sections("entries")]
         top.no_others()
     except ValueError as error:
@@ -59,6 +61,12 @@ def parse_manifest(text: str, path: Path, choices: Choices) -> tuple[ManifestEnt
     if not entries:
         raise ManifestError(f"{path}: has no list `entries:` with at least one entry")
     return tuple(entries)
+
+
+def _no_index(document: object, path: Path) -> None:
+    """A campaign's index has a list of runs too, and lies where a manifest may lie."""
+    if isinstance(document, dict) and str(document.get("schema")).startswith("gsense-index/"):
+        raise ValueError(f"the index of a campaign, not a manifest: --campaign {path.parent} in place of --manifest")
 
 
 def _entry(section: Section, path: Path, choices: Choices) -> ManifestEntry:
