@@ -11,7 +11,7 @@ import numpy as np
 from gsense_fusion.identification.campaign import RunData, Window
 from gsense_fusion.identification.likelihood.bins import HIGHEST_HZ, USED_BAND, Bins, rows_by_axis, window_bins
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
-from gsense_fusion.identification.likelihood.store import predicted
+from gsense_fusion.identification.likelihood.store import DELAY, predicted
 from gsense_fusion.identification.likelihood.whitened import project_out_slow, whiten
 from gsense_fusion.identification.motion.phasors import turning
 from gsense_fusion.identification.types import BoolArray, ComplexArray, FloatArray, IntArray
@@ -118,7 +118,8 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     felt: list[tuple[int, Extra]] = []
     for data in runs:
         model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
-        force = likelihood.source.of(data, fit.templates).specific_force
+        on_time = fit.templates.set(DELAY, 0.0)  # only the gyro is late
+        force = likelihood.source.of(data, on_time).specific_force
         beyond = [data.run.angular_rate - model]
         if force is not None and np.isfinite(data.run.specific_force).all():
             beyond.append(data.run.specific_force - force)
