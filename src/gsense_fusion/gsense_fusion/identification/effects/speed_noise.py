@@ -112,10 +112,13 @@ def _slope(driver: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _noise_rms(residual: WindowResidual, axis: int) -> float:
-    """Noise of one sample in the band that was looked at, rad/s."""
-    used = (residual.frequency >= LOWEST_HZ) & (residual.bins.weight[:, axis] > 0)
-    n = len(residual.window)
-    return float(np.sqrt(np.sum(4.0 / residual.bins.weight[used, axis] ** 2)) / n)
+    """Noise of one sample, rad/s; what flicker adds below the band that is looked at does not grow with the speed."""
+    model = residual.bins.noise.get(axis)
+    if model is None:
+        return 0.0
+    n, rate_hz = len(residual.window), residual.data.run.rate_hz
+    frequency = np.maximum(np.fft.rfftfreq(n, 1 / rate_hz)[1:], LOWEST_HZ)
+    return float(np.sqrt(np.sum(model.psd(frequency)) * rate_hz / n))
 
 
 def _octave(residual: WindowResidual) -> IntArray:
