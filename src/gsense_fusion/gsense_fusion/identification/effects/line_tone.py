@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
+from gsense_fusion.identification.search.peak import peak
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray, Owner, Parameter
 from gsense_fusion.identification.verdict.residual import WindowResidual
 from gsense_fusion.identification.verdict.sufficiency import strongest_line
@@ -19,6 +20,9 @@ STEADY = 0.35
 BESIDE_BINS = 3.0
 WELL_SEEN = 3.0
 """Times the usual standard error up to which a window says something of the size."""
+GRID_POINTS = 41
+REFINED_TO = 0.02
+"""Of the way between two points of the grid: a strong tone's frequency is known to less."""
 
 
 class LineTone(StatisticalEffect):
@@ -49,22 +53,15 @@ class LineTone(StatisticalEffect):
         scatter = float(np.sqrt(max(np.var(amplitude) - np.mean(noise**2), 0.0)))
         if present < EVERYWHERE or scatter > STEADY * level:
             return None
-        mean_square = np.mean([np.abs(f.coefficient) ** 2 - 2 * f.stderr**2 for f in fits], axis=0)
-        size = np.sqrt(np.maximum(mean_square, 0.0))
-        error = np.array([np.sqrt(np.mean([f.stderr[i] ** 2 for f in fits]) / len(fits)) for i in range(3)])
-        first = max(fits, key=lambda f: abs(f.coefficient[axis]))
-        signs = np.array([np.sign((f := first).coefficient[i] / f.coefficient[axis] + 0j).real for i in range(3)])
-        parameters = {
-            f"a_{x}": Parameter(float(size[i] * (signs[i] or 1.0)), float(error[i]), "rad/s")
-            for i, x in enumerate(AXES)
-        }
+        size, error = _sizes(fits, axis)
+        parameters = {f"a_{x}": Parameter(float(size[i]), float(error[i]), "rad/s") for i, x in enumerate(AXES)}
         resolution = float(np.min([w.resolution_hz for w in usable]))
         spread = resolution * float(error[axis]) / max(float(size[axis]), 1e-30)
         parameters["frequency"] = Parameter(frequency, max(spread, 1e-6), "Hz")
         seen_first = fits[0].coefficient[axis]
         uncertain = float(fits[0].stderr[axis] / max(abs(seen_first), 1e-30))
         parameters["phase"] = Parameter(float(np.angle(seen_first)), uncertain, "rad")
-        axes = tuple(x for i, x in enumerate(AXES) if size[i] > 3 * error[i])
+        axes = tuple(x for i, x in enumerate(AXES) if abs(size[i]) > 3 * error[i])
         rest = tuple(_without(w, frequency) for w in windows)
         return Explanation(parameters, axes, found.p_value, rest, float(np.linalg.norm(size) / np.sqrt(2)))
 
@@ -95,6 +92,21 @@ def _around(residual: WindowResidual, frequency: float) -> BoolArray:
     return np.asarray(np.abs(residual.frequency - frequency) < BESIDE_BINS * residual.resolution_hz)
 
 
+def _sizes(fits: Sequence[_Sine], axis: int) -> tuple[FloatArray, FloatArray]:
+    """Amplitudes in the phase of the strongest axis, whatever that is in each window, and their errors, (3,) each.
+
+    A weak axis shows by its product with the strongest one: noise, which its own square is mostly made of, is another
+    on each axis.
+    """
+    c = np.array([f.coefficient for f in fits])
+    variance = np.mean([f.stderr**2 for f in fits], axis=0)
+    square = np.mean((c * c[:, [axis]].conj()).real, axis=0)
+    square[axis] -= 2 * variance[axis]
+    strongest = max(float(square[axis]), float(variance[axis]) / len(fits))
+    error = np.sqrt(variance * (1.0 + 2.0 * variance[axis] / strongest) / len(fits))
+    return square / np.sqrt(strongest), error
+
+
 def _sine(residual: WindowResidual, frequency: float, near: BoolArray | None = None) -> _Sine:
     """Complex amplitude of a sine in a window, rad/s, by axis, from the bins `near` (around it, away from orders)."""
     n, rate = len(residual.window), residual.data.run.rate_hz
@@ -116,12 +128,14 @@ def _sine(residual: WindowResidual, frequency: float, near: BoolArray | None = N
 def _refined(moving: Sequence[WindowResidual], frequency: float) -> float:
     """The frequency at which all windows together hold most energy."""
     step = min(w.resolution_hz for w in moving)
-    grid = frequency + step * np.linspace(-2.0, 2.0, 41)
-    energy = []
-    for f in grid:
-        fits = [_sine(w, float(f)) for w in moving]
-        energy.append(sum(float(np.sum((np.abs(s.coefficient) / s.stderr) ** 2)) for s in fits))
-    return float(grid[int(np.argmax(energy))])
+    grid = frequency + step * np.linspace(-2.0, 2.0, GRID_POINTS)
+
+    def energy(f: float) -> float:
+        return sum(float(np.sum((np.abs(s.coefficient) / s.stderr) ** 2)) for s in (_sine(w, f) for w in moving))
+
+    apart = float(grid[1] - grid[0])
+    centre = float(grid[int(np.argmax([energy(float(f)) for f in grid]))])
+    return peak(energy, centre, centre - apart, centre + apart, REFINED_TO * apart)
 
 
 def _without(residual: WindowResidual, frequency: float) -> WindowResidual:
