@@ -11,6 +11,7 @@ import pytest
 
 from gsense_fusion.identification.effects.base import Templates, TemplateSpec
 from gsense_fusion.identification.effects.friction_pickup import DragPickup, FrictionPickup
+from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
 from gsense_fusion.identification.likelihood.gram import Gram
 from gsense_fusion.identification.likelihood.model import solve
 from gsense_fusion.identification.search.interval import instant, joint, reach, searched, template_stderr
@@ -122,3 +123,22 @@ def test_a_shape_that_is_uncertain_makes_the_columns_coefficients_so() -> None:
     errors, added = searched(likelihood, evaluate(names, Templates().set("friction_drag", best)), FrictionPickup())
     assert errors == pytest.approx([sigma], rel=1e-3)
     assert np.sqrt(np.diag(added)) == pytest.approx(np.abs(slope) * sigma, rel=0.05)
+
+
+@pytest.mark.parametrize(("best", "sigma"), [(10.0, 6.0), (0.0, 2.0)])
+def test_a_lag_that_is_not_worth_its_price_is_not_known_to_be_none(best: float, sigma: float) -> None:
+    """What the likelihood leaves open of it is in its error, and in that of the coefficients that go with it."""
+    slope = np.array([1e-6, 0.0, -3e-6])
+
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        lag = templates.get("temperature_lag_s")
+        loglik = -0.5 * ((lag - best) / sigma) ** 2
+        return SimpleNamespace(names=names, templates=templates, loglik=loglik, rank=3, beta=1e-4 + slope * lag)
+
+    likelihood: Any = SimpleNamespace(evaluate=evaluate, effects=(TemperatureBias(),), searched={})
+    without_lag = evaluate(frozenset({"temperature_bias"}), Templates())
+    errors, added = searched(likelihood, without_lag, TemperatureBias())
+    drawn = np.random.default_rng(4).normal(best, sigma, 200_000)
+    expected = np.sqrt(np.mean(drawn[drawn > 0.0] ** 2))
+    assert errors == pytest.approx([expected], rel=0.05)
+    assert np.sqrt(np.diag(added)) == pytest.approx(np.abs(slope) * expected, rel=0.05)

@@ -78,12 +78,20 @@ def searched(likelihood: Likelihood, fit: Fit, effect: Effect) -> tuple[FloatArr
         specs = [t for e in parts_of(likelihood.effects, effect.name, fit.names) for t in e.templates]
         errors: FloatArray = np.zeros(len(specs))
         added: FloatArray = np.zeros((len(fit.beta), len(fit.beta)))
-        known = [not t.optional or fit.templates.get(t.field, t.default) != t.default for t in specs]
-        errors[known] = np.sqrt(np.diag(joint(likelihood, fit, [t for t, k in zip(specs, known, strict=True) if k])))
-        if specs and effect.name in fit.names:
-            added = _carried(likelihood, fit, specs)
+        known = np.array([not _unpaid(fit, t) for t in specs], dtype=bool)
+        paid = [t for t, k in zip(specs, known, strict=True) if k]
+        errors[known] = np.sqrt(np.diag(joint(likelihood, fit, paid)))
+        if effect.name in fit.names:
+            added = _carried(likelihood, fit, paid) if paid else added
+            for i in np.flatnonzero(~known):
+                errors[i], more = _about_default(likelihood, fit, specs[i])
+                added = added + more
         likelihood.searched[key] = errors, added
     return likelihood.searched[key]
+
+
+def _unpaid(fit: Fit, template: TemplateSpec) -> bool:
+    return template.optional and fit.templates.get(template.field, template.default) == template.default
 
 
 def _carried(likelihood: Likelihood, fit: Fit, specs: Sequence[TemplateSpec]) -> FloatArray:
@@ -98,6 +106,26 @@ def _carried(likelihood: Likelihood, fit: Fit, specs: Sequence[TemplateSpec]) ->
         slopes.append((moved.beta - fit.beta) / step)
     J = np.array(slopes).T
     return np.asarray(J @ covariance @ J.T)
+
+
+def _about_default(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> tuple[float, FloatArray]:
+    """What is left open of a parameter that was not worth its price, about the default that it has.
+
+    Every value of its range is as likely beforehand: what is not known to be zero is not known to be zero exactly.
+
+    Returns:
+        Root mean square of the distance from the default, and what that adds to the covariance of the columns'
+        coefficients, shape (P, P).
+
+    """
+    low, high = (template.default + side * _edge(likelihood, fit, template, side) for side in (-1, 1))
+    cells = low + (np.arange(CELLS) + 0.5) * (high - low) / CELLS
+    moved = [likelihood.evaluate(fit.names, fit.templates.set(template.field, float(v)), fit) for v in cells]
+    loglik = np.array([f.loglik for f in moved])
+    weight = np.exp(loglik - loglik.max())
+    weight /= weight.sum()
+    steps = np.array([f.beta - fit.beta for f in moved]).T
+    return float(np.sqrt(weight @ (cells - template.default) ** 2)), np.asarray((steps * weight) @ steps.T)
 
 
 def instant(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> tuple[float, float]:
