@@ -19,6 +19,7 @@ from gsense_fusion.identification.motion.carriage import Kinematics
 from gsense_fusion.identification.motion.mounting import Mounting
 from gsense_fusion.identification.noise.response import Response
 from gsense_fusion.identification.noise.spectrum import NoiseModel
+from gsense_fusion.identification.search.screening import PADDING, PEAK_BINS, POSITION_STEP, _peaks
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, SETTINGS, analysed, finding, made, names
@@ -87,6 +88,19 @@ def test_a_pulse_is_sampled_as_the_filter_leaves_it(passes: bool) -> None:
         assert fine.sampled(pulse, response, means=True).sum() == pytest.approx(
             3 / fine.per_sample, rel=1e-3 if passes else 0.1
         )
+
+
+@pytest.mark.parametrize(("reach_m", "as_line"), [(0.15, True), (0.006, False)])
+def test_a_ripple_that_shows_near_the_ends_alone_is_a_hump(reach_m: float, as_line: bool) -> None:
+    """A narrow filter leaves it where the carriage is slow: its line is as wide as that way is short."""
+    at = np.arange(0.0, 1.0, POSITION_STEP)
+    near = np.minimum(np.abs(at - 0.35), np.abs(at - 0.65)) < reach_m
+    noise = np.random.default_rng(9).standard_normal(len(at))
+    profile = near * np.sin(2 * np.pi * at / 5e-3) * (1.0 if as_line else 8.0) + noise
+    power = np.abs(np.fft.rfft(profile, PADDING * len(at))) ** 2
+    lines, humps = _peaks(power, PEAK_BINS), _peaks(power, len(power))
+    assert any(abs(pitch - 5e-3) < 2e-5 for _, pitch in lines) == as_line
+    assert [pitch for _, pitch in humps] == pytest.approx([5e-3], abs=2e-4)
 
 
 @pytest.mark.slow

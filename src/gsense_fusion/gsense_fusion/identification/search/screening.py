@@ -20,6 +20,8 @@ SHORTEST_PITCH = 5e-4
 CONSPICUOUS = 9.0
 """Times its neighbourhood's median that a ripple's power must have: 1 in 500 of what noise alone shows."""
 PADDING = 4
+PEAK_BINS = 160
+"""40 periods a metre: a line's neighbourhood."""
 
 
 def screened(field: str, likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
@@ -106,17 +108,23 @@ def pitches(likelihood: Likelihood, fit: Fit) -> tuple[float, ...]:
                 profile[0, :, axis] += np.bincount(cell, white[:, axis], length)
                 profile[1, :, axis] += np.bincount(cell, white[:, axis] * kin.velocity[cut], length)
     power = np.sum(np.abs(np.fft.rfft(profile, PADDING * length, axis=1)) ** 2, axis=2)
-    found = sorted(_peaks(power[0]) + _peaks(power[1]), reverse=True)
-    return tuple(dict.fromkeys(pitch for _, pitch in found))[:TRIED]
+    lines = sorted(_peaks(power[0], PEAK_BINS) + _peaks(power[1], PEAK_BINS), reverse=True)
+    humps = _peaks(power[0], power.shape[1]) + _peaks(power[1], power.shape[1])
+    best = list(dict.fromkeys(pitch for _, pitch in lines))[:TRIED]
+    return tuple(dict.fromkeys([*best, *(pitch for _, pitch in humps)]))
 
 
-def _peaks(power: FloatArray) -> list[tuple[float, float]]:
-    """Conspicuous lines of a power spectrum over position with PADDING bins per 1/m: how much, and the pitch in m."""
+def _peaks(power: FloatArray, width: int) -> list[tuple[float, float]]:
+    """Conspicuous lines of a power spectrum over position with PADDING bins per 1/m: how much, and the pitch in m.
+
+    One at most in every `width` bins, over their median. Where the gyro's filter leaves a ripple only near the ends of
+    the stroke, it is seen over so short a way that it raises its whole neighbourhood.
+    """
     per_metre = np.arange(len(power)) / PADDING
     low, high = round(PADDING / LONGEST_PITCH), round(PADDING / SHORTEST_PITCH)
     found: list[tuple[float, float]] = []
-    for first in range(low, high, 160):
-        part = power[first : first + 160]
+    for first in range(low, high, width):
+        part = power[first : min(first + width, high)]
         level = float(np.median(part))
         k = first + int(np.argmax(part))
         if level > 0 and power[k] > CONSPICUOUS * level:
