@@ -9,8 +9,10 @@ import pytest
 
 from gsense_fusion.identification.effects import REGRESSED
 from gsense_fusion.identification.effects.base import Templates
+from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount
 from gsense_fusion.identification.search.lesser_tops import without_lesser_tops
 from gsense_fusion.identification.search.selection import Candidate, Selection
+from gsense_fusion.identification.search.tuning import Tuning
 
 DECLARED = frozenset({"g_sensitivity"})
 EFFECTS = {e.name: e for e in REGRESSED}
@@ -62,3 +64,23 @@ def test_an_effect_that_moves_nothing_does_not_stay_for_what_another_is_tuned_by
     search = _Search(jump)
     best = without_lesser_tops(cast(Selection, search), search.memory[DECLARED | {"g_resonance", "bias_jump"}])
     assert best.fit.names == DECLARED | found
+
+
+def test_a_further_term_does_not_lead_to_a_lower_top() -> None:
+    """The term was first tried where its grid stood best; without it the mode has been found elsewhere since."""
+
+    def evaluate(names: frozenset[str], templates: Templates, _start: object = None, **_kept: int) -> Any:
+        f0 = templates.get("resonance_hz")
+        loglik = max(100.0 - 50.0 * (f0 - 13.3) ** 2, 90.0 - 50.0 * (f0 - 18.7) ** 2)
+        return SimpleNamespace(names=names, templates=templates, loglik=loglik, rank=3)
+
+    def no_rough(_names: frozenset[str]) -> Any:
+        raise AssertionError
+
+    likelihood: Any = SimpleNamespace(effects=(GResonance(), RockingMount()), evaluate=evaluate, samples=10_000)
+    tuning, mode = Tuning(likelihood, no_rough), Templates().set("resonance_damping", 0.1)
+    tuning.keep(evaluate(frozenset({"g_resonance"}), mode.set("resonance_hz", 13.3)))
+    both = frozenset({"g_resonance", "g_resonance_rate"})
+    found = tuning.refined(evaluate(both, mode.set("resonance_hz", 18.7)))
+    assert found.names == both
+    assert found.templates.get("resonance_hz") == pytest.approx(13.3, abs=0.1)

@@ -86,6 +86,12 @@ class Tuning:
                 found += [self._at(names, self._refined[smaller], {spec.field: value}) for value in spec.grid]
         return found
 
+    def _with_columns(self, names: frozenset[str]) -> list[Fit]:
+        """A further term in which an effect is linear in the refined model without it: no top of that may be lost."""
+        terms = (e for e in self.effects.values() if e.name in names and e.part_of is not None and not e.templates)
+        smaller = (names - {term.name} for term in terms)
+        return [self._at(names, self._refined[rest], {}) for rest in smaller if rest in self._refined]
+
     def shown(self, names: frozenset[str]) -> bool:
         """Whether the residual says where to begin with every effect of a set that no fixed grid can cover."""
         wanted = ((n, t) for n, e in self.effects.items() if n in names for t in e.templates if not t.grid)
@@ -125,6 +131,7 @@ class Tuning:
     def refined(self, fit: Fit) -> Fit:
         """Every searched parameter of a fit between the points of its grid, twice at least where there are some."""
         specs = self.specs(fit.names)
+        fit = max([fit, *self._with_columns(fit.names)], key=lambda f: f.loglik)
         settled: dict[str, Fit] = {}
         for number in range(1 if len(specs) < 2 else MOST_ROUNDS):
             before = fit.loglik
