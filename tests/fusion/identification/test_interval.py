@@ -13,7 +13,7 @@ from gsense_fusion.identification.effects.base import Templates, TemplateSpec
 from gsense_fusion.identification.effects.friction_pickup import DragPickup, FrictionPickup
 from gsense_fusion.identification.effects.temperature_bias import TemperatureBias
 from gsense_fusion.identification.likelihood.gram import Gram
-from gsense_fusion.identification.likelihood.model import solve
+from gsense_fusion.identification.likelihood.identified import solve
 from gsense_fusion.identification.search.interval import instant, joint, reach, searched, template_stderr
 
 INSTANT = TemplateSpec("t0", "s", "t", (), 0.0, 2000.0, 1.0, gaps=True)
@@ -102,7 +102,7 @@ def test_a_direction_is_kept_while_a_searched_parameter_moves() -> None:
     """Its information falls from just above what identifies it to just below: the fit must not jump."""
     index, plausible = np.arange(2), np.ones(2)
     fits = [solve(Gram(np.diag([1e4, x]), np.array([1e4, 5 * x]), 0.0, 9), index, plausible, kept=2) for x in (12, 10)]
-    assert [rank for *_, rank in fits] == [2, 2]
+    assert [fit.rank for fit in fits] == [2, 2]
     assert fits[0][0] == pytest.approx(fits[1][0])
     assert solve(Gram(np.diag([1e4, 10.0]), np.array([1e4, 50.0]), 0.0, 9), index, plausible)[2] == 1
     assert solve(Gram(np.diag([1e4, 0.9]), np.array([1e4, 4.5]), 0.0, 9), index, plausible, kept=2)[2] == 1

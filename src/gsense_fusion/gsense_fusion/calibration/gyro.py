@@ -195,7 +195,7 @@ def session_bias(likelihood: Likelihood, fit: Fit) -> Estimate:
         KiH = np.linalg.solve(K, H)
         inverse = np.linalg.inv(H.T @ KiH)
         weights = (inverse @ KiH.T)[newest]
-        value[axis] = weights @ (blocks.rate[:, axis] - X[:, axis, :] @ fit.beta)
+        value[axis] = weights @ (blocks.rate[:, axis] - X[:, axis, :] @ fit.expected)
         carried, off = weights @ X[:, axis, :], weights - mean
         own = weights @ slow.white @ weights + off @ (K - slow.white) @ off
         stderr[axis] = np.sqrt(own + carried @ fit.covariance @ carried)
@@ -207,7 +207,7 @@ def _file(base: CompensationFile, likelihood: Likelihood, fit: Fit, variant: str
     read = partial(_matrix, likelihood, fit)
     terms: list[Term] = []
     if variant == "k":
-        terms.append(GSensitivity(k=float(fit.beta[likelihood.columns.start["cyclic_k"]])))
+        terms.append(GSensitivity(k=float(fit.expected[likelihood.columns.start["cyclic_k"]])))
     elif variant != "none":
         # the matrix of the identification itself where it is the variant: one number, one place
         own = [t for t in base.terms if isinstance(t, GSensitivity)]
@@ -231,5 +231,5 @@ def _file(base: CompensationFile, likelihood: Likelihood, fit: Fit, variant: str
 
 def _matrix(likelihood: Likelihood, fit: Fit, name: str) -> Matrix:
     first = likelihood.columns.start[name]
-    rows = [tuple(float(v) for v in row) for row in fit.beta[first : first + 9].reshape(3, 3)]
+    rows = [tuple(float(v) for v in row) for row in fit.expected[first : first + 9].reshape(3, 3)]
     return (rows[0], rows[1], rows[2])  # type: ignore[return-value]

@@ -17,7 +17,7 @@ from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 IDENTIFIED_VARIANCE = 0.5
-"""Of a direction, in plausible sizes; above, an estimate says nothing (`likelihood.solve` leaves it at zero)."""
+"""Of a direction, in plausible sizes; above, an estimate says nothing (its error in `identified.solve` is one)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +61,13 @@ def contrast(old: FloatArray, new: FloatArray, before: Covariance, after: Covari
     covariance = (turned + e1 @ s1 @ e1.T + e2 @ s2 @ e2.T) * np.outer(unit, unit)
     known = np.minimum(np.diag(p1), np.diag(p2)) > 0.5
     return Contrast(statistic, len(r2) if len(r1) else 0, new - old, covariance, known)
+
+
+def as_identified(values: FloatArray, c: Covariance) -> FloatArray:
+    """Values (p,) without what is expected of directions that are not identified: in each report it is another part."""
+    directions, _ = _directions(c, c.plausible)
+    whole = directions.shape[1] == len(values)
+    return values if whole else np.asarray(c.plausible * (directions @ (directions.T @ (values / c.plausible))))
 
 
 def _directions(c: Covariance, unit: FloatArray) -> tuple[FloatArray, FloatArray]:

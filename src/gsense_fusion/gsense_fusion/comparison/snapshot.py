@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from math import inf, isfinite
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from gsense_fusion.comparison.contrast import as_identified
 from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.types import IdentificationError, Parameter
 from gsense_fusion.report.document import SCHEMA
@@ -124,20 +125,26 @@ def _effects(d: Mapping[str, Any]) -> dict[str, Estimate]:
     spreads = {name: _covariance(c) for name, c in d.get("covariances", {}).items()}
     out: dict[str, Estimate] = {}
     for name, parameters in d.get("not_found", {}).items():
-        out[name] = Estimate(name, Presence.NOT_FOUND, _parameters(parameters), spreads.get(name))
+        spread = spreads.get(name)
+        out[name] = Estimate(name, Presence.NOT_FOUND, _parameters(parameters, spread), spread)
     for name, parameters in d["declared_parameters"].items():
-        out[name] = Estimate(name, Presence.DECLARED, _parameters(parameters), spreads.get(name))
+        spread = spreads.get(name)
+        out[name] = Estimate(name, Presence.DECLARED, _parameters(parameters, spread), spread)
     for f in d["findings"]:
         name = str(f["effect"])
-        values = _parameters(f["parameters"])
-        out[name] = Estimate(
-            name, Presence.FOUND, values, spreads.get(name), str(f["owner"]), tuple(f.get("alternatives", ()))
-        )
+        spread = spreads.get(name)
+        values, rivals = _parameters(f["parameters"], spread), tuple(f.get("alternatives", ()))
+        out[name] = Estimate(name, Presence.FOUND, values, spread, str(f["owner"]), rivals)
     return out
 
 
-def _parameters(values: Mapping[str, Any]) -> dict[str, Parameter]:
-    return {name: _parameter(p) for name, p in values.items()}
+def _parameters(values: Mapping[str, Any], spread: Covariance | None) -> dict[str, Parameter]:
+    """As far as the data identifies them: in what else a report says of them, two reports are not alike."""
+    out = {name: _parameter(p) for name, p in values.items()}
+    if spread is not None and out.keys() >= set(spread.parameters):
+        known = as_identified(np.array([out[n].value for n in spread.parameters]), spread)
+        out |= {n: replace(out[n], value=float(x)) for n, x in zip(spread.parameters, known, strict=True)}
+    return out
 
 
 def _parameter(p: Mapping[str, Any]) -> Parameter:

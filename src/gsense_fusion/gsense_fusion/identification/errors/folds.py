@@ -60,7 +60,8 @@ def _narrowed(fit: Fit, effects: tuple[Effect, ...], used: tuple[Effect, ...]) -
     """A fit with the columns of some of the effects."""
     keep = Columns.of(effects).index(frozenset(e.name for e in used))
     alignment = {m: delta[keep] for m, delta in fit.alignment.items()}
-    return replace(fit, beta=fit.beta[keep], covariance=fit.covariance[np.ix_(keep, keep)], alignment=alignment)
+    covariance = fit.covariance[np.ix_(keep, keep)]
+    return replace(fit, beta=fit.beta[keep], expected=fit.expected[keep], covariance=covariance, alignment=alignment)
 
 
 def _groups(campaign: Campaign) -> list[tuple[RunData, ...]]:

@@ -32,8 +32,8 @@ class Prediction:
 
     @staticmethod
     def of(label: str, fit: Fit) -> Prediction:
-        """From a fit."""
-        return Prediction(label, fit.beta, fit.templates, fit.alignment)
+        """From a fit: by what is expected of the directions too that the data does not identify."""
+        return Prediction(label, fit.expected, fit.templates, fit.alignment)
 
     def beta_in(self, mounting: int | None) -> FloatArray:
         """Coefficients in one mounting, shape (P,)."""

@@ -14,16 +14,12 @@ from gsense_fusion.identification.felt.channel import ForceChannel
 from gsense_fusion.identification.likelihood.alignment import Tolerance, differences, marginalise
 from gsense_fusion.identification.likelihood.blocks import block_means, cut_blocks
 from gsense_fusion.identification.likelihood.gram import Columns, Gram
+from gsense_fusion.identification.likelihood.identified import solve
 from gsense_fusion.identification.likelihood.slow import Drift, SlowNoise, estimate_drifts, initial_drift
 from gsense_fusion.identification.likelihood.whitened import WhitenedCampaign
 from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.types import FloatArray, IntArray, Owner
 
-IDENTIFIED_PART = 0.3
-KEPT_PART = 1.0
-"""The same of a direction that a neighbouring fit identified."""
-FELT_IDENTIFIES = 1e-3
-"""Information in plausible sizes from which the accelerometer's word identifies a direction: 30 of them."""
 DRIFT_ROUNDS = 3
 FIRST_SIZE = 2.0
 """Plausible sizes of a turn's parameters before anything is known of them: their tolerance begins wide."""
@@ -49,46 +45,12 @@ class Fit:
     """Difference of each mounting's coefficients from `beta` (gyro alignment on true rotations), shape (P,)."""
     best_loglik: float
     """Log-likelihood at the best alignment instead of integrated over it: for comparing rivals of any freedom."""
+    expected: FloatArray
+    """`beta` with what is to be expected in the directions that it leaves at zero, shape (P,): for predictions."""
 
     def beta_in(self, mounting: int | None) -> FloatArray:
         """Coefficients in one mounting, shape (P,)."""
         return self.beta if mounting is None or mounting not in self.alignment else self.beta + self.alignment[mounting]
-
-
-def solve(
-    gram: Gram, index: IntArray, plausible: FloatArray, felt: Gram | None = None, kept: int = 0
-) -> tuple[FloatArray, FloatArray, int]:
-    """Least squares; directions that the data does not identify get zero with their plausible size as error.
-
-    Parameters are measured in their plausible sizes. A direction counts as identified where its standard error is under
-    `IDENTIFIED_PART` of that: from one mounting, G comes out along the direction in which the board was accelerated.
-
-    Args:
-        gram: Normal equations with unit noise.
-        index: Columns to use, shape (k,).
-        plausible: Plausible size of every column's parameter, shape (P,).
-        felt: The accelerometer's part of `gram`. A direction that it tells about counts as identified where the
-            parameter's error is large beside what is plausible: no error of a mounting imitates it.
-        kept: Of so many of the best known directions, those count that are known to `KEPT_PART` of what is plausible.
-
-    Returns:
-        Coefficients (k,), covariance (k, k) and rank.
-
-    """
-    if len(index) == 0:
-        return np.zeros(0), np.zeros((0, 0)), 0
-    unit = plausible[index]
-    scale = unit[:, None] * unit[None]
-    values, vectors = np.linalg.eigh(gram.xx[np.ix_(index, index)] * scale)
-    good = values > 1.0 / IDENTIFIED_PART**2
-    good |= (np.arange(len(values)) >= len(values) - kept) & (values > 1.0 / KEPT_PART**2)
-    if felt is not None:
-        own = np.sum(vectors * (felt.xx[np.ix_(index, index)] * scale @ vectors), axis=0)
-        good |= (own > 0.5 * values) & (values > FELT_IDENTIFIES)
-    inverse = (vectors[:, good] / values[good]) @ vectors[:, good].T
-    part = unit * (inverse @ (unit * gram.xy[index]))
-    covariance = (inverse + vectors[:, ~good] @ vectors[:, ~good].T) * unit[:, None] * unit[None]
-    return part, covariance, int(good.sum())
 
 
 def _squares(fit: Fit) -> FloatArray:
@@ -249,7 +211,8 @@ class Likelihood:
         fast = sum((m.gram for m in marginals.values()), felt)
         plausible = self.columns.plausible[index]
         everything = np.arange(len(index))
-        part, covariance, rank = solve(fast + posed.slow, everything, plausible, felt if turned else None, kept)
+        found = solve(fast + posed.slow, everything, plausible, felt if turned else None, kept)
+        part = found.part
         logdet = sum(slow.logdet(drift[axis]) for axis, slow in self.slow.items())
         best = self._loglik(fast, part) + self._loglik(posed.slow, part) - 0.5 * logdet
         # in a single mounting its difference cannot be told from the coefficients themselves
@@ -257,9 +220,9 @@ class Likelihood:
         loglik = best - 0.5 * spread
         delta = {m: self._all(d, index) for m, d in differences(posed.fast, marginals, tolerance, part).items()}
         full = np.zeros((self.columns.total, self.columns.total))
-        full[np.ix_(index, index)] = covariance
-        beta = self._all(part, index)
-        return Fit(posed.names, posed.templates, loglik, beta, full, rank, drift, delta, best)
+        full[np.ix_(index, index)] = found.covariance
+        beta, expected = self._all(part, index), self._all(found.expected, index)
+        return Fit(posed.names, posed.templates, loglik, beta, full, found.rank, drift, delta, best, expected)
 
     def moving_loglik(self, fit: Fit) -> float:
         """Log-likelihood of the moving windows alone at a fit's parameters: no drift reaches into it."""

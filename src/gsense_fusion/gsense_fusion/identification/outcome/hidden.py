@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gsense_fusion.identification.analysis import UNDECIDED, Analysis
-from gsense_fusion.identification.likelihood.model import IDENTIFIED_PART
+from gsense_fusion.identification.likelihood.identified import IDENTIFIED_PART
 from gsense_fusion.identification.outcome.findings import separating_run
 from gsense_fusion.identification.result import Covariance
 from gsense_fusion.identification.types import AXES

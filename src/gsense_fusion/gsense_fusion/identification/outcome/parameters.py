@@ -32,7 +32,7 @@ def effect_parameters(
         first = likelihood.columns.start[part.name]
         for i, parameter in enumerate(part.parameters):
             stderr = float(np.sqrt(variance[first + i]))
-            out[parameter.name] = Parameter(float(fit.beta[first + i]), stderr, parameter.unit)
+            out[parameter.name] = Parameter(float(fit.expected[first + i]), stderr, parameter.unit)
     for template, stderr in zip((t for e in parts for t in e.templates), errors, strict=True):
         value = fit.templates.get(template.field, template.default)
         out[template.name] = Parameter(value, float(stderr), template.unit)
@@ -89,7 +89,7 @@ def g_matrix(a: Analysis) -> tuple[tuple[float, float, float], ...] | None:
     if not significant(a, "g_sensitivity"):
         return None
     first = a.likelihood.columns.start["g_sensitivity"]
-    g = a.claims.full.beta[first : first + 9].reshape(3, 3)
+    g = a.claims.full.expected[first : first + 9].reshape(3, 3)
     return tuple((float(r[0]), float(r[1]), float(r[2])) for r in g)
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gsense_fusion.identification.likelihood.gram import Gram
-from gsense_fusion.identification.likelihood.model import Fit, Likelihood, solve
+from gsense_fusion.identification.likelihood.identified import solve
+from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.selection import Selection
 from gsense_fusion.identification.types import BoolArray, FloatArray, IntArray
 from gsense_fusion.identification.verdict.models import fit_without
@@ -60,7 +61,7 @@ def _motion_loglik(likelihood: Likelihood, fit: Fit) -> float:
         if gram.rows == 0:
             continue
         rest = Gram(total.xx - gram.xx, total.xy - gram.xy, total.yy - gram.yy, total.rows - gram.rows)
-        part, _, _ = solve(rest, index, likelihood.columns.plausible)
+        part = solve(rest, index, likelihood.columns.plausible).part
         xx = gram.xx[np.ix_(index, index)]
         value -= 0.5 * (gram.yy - 2 * float(part @ gram.xy[index]) + float(part @ xx @ part))
         beta = np.zeros(len(fit.beta))

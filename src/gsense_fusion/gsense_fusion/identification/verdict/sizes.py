@@ -50,7 +50,7 @@ def _parts(selection: Selection, fit: Fit, name: str) -> Iterator[tuple[RunData,
     likelihood = selection.likelihood
     own = likelihood.columns.index(selection.with_parts({name}))
     predictor = Predictor(likelihood.effects, likelihood.source)
-    with_it = Prediction.of("with", fit)
+    with_it = Prediction("with", fit.beta, fit.templates, fit.alignment)
     without = replace(with_it, beta=np.where(np.isin(np.arange(len(fit.beta)), own), 0.0, fit.beta))
     for data in likelihood.campaign.fit:
         for window in data.windows:
