@@ -102,3 +102,20 @@ def test_a_drive_that_jitters_where_it_is_fast_tells_the_delay_there() -> None:
     delay = common_delay([slow, fast])
     assert delay.value == pytest.approx(0.006, abs=2e-4)
     assert run_delays([slow, fast], delay)[1] == pytest.approx(0.006, abs=2e-4)
+
+
+def test_a_drive_that_jitters_where_it_is_fast_tells_the_direction_of_the_rail_there() -> None:
+    """One slow steady sine is felt so little that noise turns its direction by a degree."""
+    slow = geometry(False, ((0.15, 1.0),), 12)
+    fast = geometry(False, ((0.14, 8.0), (0.02, 7.1)), 13)
+    assert slow.along is not None
+    assert fast.along is None
+    [mounting], _ = find_mountings([slow, fast])
+    assert mounting.along == pytest.approx([np.cos(0.3), -np.sin(0.3), 0.0], abs=1e-3)
+
+
+def test_steady_sines_tell_the_direction_better() -> None:
+    sine, odd = geometry(False, SINE, 10), geometry(False, ODD, 11)
+    [both], _ = find_mountings([sine, odd])
+    [alone], _ = find_mountings([sine])
+    assert both.along == pytest.approx(alone.along)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gsense_fusion.identification.motion.mounting import Heading, Mounting, RunGeometry
+from gsense_fusion.identification.motion.mounting import STEADY_ENOUGH, Heading, Mounting, RunGeometry
 from gsense_fusion.identification.types import FloatArray
 
 SAME_MOUNTING_RAD = 0.14
@@ -21,6 +21,8 @@ class _Cluster:
     up: list[FloatArray] = field(default_factory=list)
     norm: list[float] = field(default_factory=list)
     along: list[tuple[FloatArray, float]] = field(default_factory=list)
+    """Of the steady sines, with their weights."""
+    along_stderr: list[float] = field(default_factory=list)
     headings: list[Heading] = field(default_factory=list)
 
 
@@ -57,6 +59,7 @@ def find_mountings(geometry: Sequence[RunGeometry]) -> tuple[list[Mounting], lis
         cluster.norm.append(norm)
         if along is not None and g.delay is not None:
             cluster.along.append((along, 1.0 / g.delay.stderr**2))
+            cluster.along_stderr.append(g.along_stderr)
         elif g.heading is not None:
             cluster.headings.append(g.heading)
         member[i] = number
@@ -83,13 +86,22 @@ def _fits(cluster: _Cluster, up: FloatArray, along: FloatArray | None, heading: 
 
 
 def _along(cluster: _Cluster) -> FloatArray | None:
-    """The rail's direction in a cluster's runs: of the steady sines where there are any; not of unit length."""
-    if cluster.along:
+    """The rail's direction in a cluster's runs; not of unit length.
+
+    The steady sines tell it, unless all of them are slow: then what moves faster (a drive that jitters) does.
+    """
+    others = [h.stderr for h in cluster.headings]
+    if cluster.along and not _together(others) < STEADY_ENOUGH * _together(cluster.along_stderr):
         return np.asarray(np.average([a for a, _ in cluster.along], axis=0, weights=[w for _, w in cluster.along]))
     if cluster.headings:
-        weights = [1.0 / h.stderr**2 for h in cluster.headings]
+        weights = [1.0 / stderr**2 for stderr in others]
         return np.asarray(np.average([h.along for h in cluster.headings], axis=0, weights=weights))
     return None
+
+
+def _together(stderr: Sequence[float]) -> float:
+    """Standard error of the weighted mean of values with these; infinite without any."""
+    return float(1.0 / np.sqrt(np.sum(np.array(stderr) ** -2.0))) if len(stderr) else float("inf")
 
 
 def _mounting(cluster: _Cluster) -> Mounting:

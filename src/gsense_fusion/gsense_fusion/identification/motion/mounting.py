@@ -23,7 +23,7 @@ CLEAR_ENOUGH = 0.1
 """Part of a jerk that must be the motion's."""
 OWN_DELAY_STDERR_S = 3e-4
 """Runs whose delay is known better than this say how much the runs scatter."""
-STEADY_ENOUGH = 0.5  # of the error that steady sines leave in the delay: what all runs must better
+STEADY_ENOUGH = 0.5  # of the error that steady sines leave: what other runs must better
 WANDERING_DELAY_S = 2e-3
 """A delay that differs by more from run to run is no chain's: encoder and IMU have clocks that drift apart."""
 
@@ -84,6 +84,8 @@ class RunGeometry:
     delay: Delay | None
     heading: Heading | None = None
     """Where the rail's direction is known from a motion that is no steady sine."""
+    along_stderr: float = float("inf")
+    """Of the angle of `along`, rad."""
 
     @property
     def own_delay(self) -> Delay | None:
@@ -110,7 +112,7 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
     felt = _felt(time[inside], force[inside], steady)
     if felt is None:
         return RunGeometry(np.asarray(np.mean(force[inside], axis=0)), None, None)
-    return RunGeometry(felt.mean, felt.slope, felt.delay)
+    return RunGeometry(felt.mean, felt.slope, felt.delay, along_stderr=felt.angle_stderr)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +125,12 @@ class _Felt:
     kinematics: Kinematics
     noise: float
     """Standard deviation of what is left, m/s^2."""
+
+    @property
+    def angle_stderr(self) -> float:
+        """Of the slope's direction, rad."""
+        size = float(np.linalg.norm(self.slope)) * float(np.sqrt(np.sum(self.kinematics.acceleration**2)))
+        return self.noise / max(size, 1e-12)
 
 
 def _felt(
@@ -177,10 +185,8 @@ def _heading(time: FloatArray, force: FloatArray, motion: CarriageMotion) -> Hea
     felt = _felt(time[inside], force[inside], motion, max(clarity, CLEAR_ENOUGH))
     if felt is None:
         return None
-    size = float(np.linalg.norm(felt.slope))
-    stderr = felt.noise / max(size * float(np.sqrt(np.sum(felt.kinematics.acceleration**2))), 1e-12)
-    delay = felt.delay if clarity > CLEAR_ENOUGH else None
-    return Heading(felt.slope / size, stderr, delay) if stderr < ROUGH_HEADING_RAD else None
+    delay, stderr = felt.delay if clarity > CLEAR_ENOUGH else None, felt.angle_stderr
+    return Heading(felt.slope / np.linalg.norm(felt.slope), stderr, delay) if stderr < ROUGH_HEADING_RAD else None
 
 
 def common_delay(geometry: Sequence[RunGeometry]) -> Delay:
