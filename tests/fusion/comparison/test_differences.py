@@ -7,13 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tests.fusion import report_results as made
-from tests.fusion.comparison.reports import PLAUSIBLE, PRECISION, RNG, TRUE_G, one_mounting, result, shot, with_rail
+from tests.fusion.comparison.reports import (
+    PLAUSIBLE,
+    PRECISION,
+    RNG,
+    TRUE_G,
+    along,
+    one_mounting,
+    result,
+    shot,
+    with_rail,
+)
 
 from gsense_fusion.comparison.changes import FALSE_ALARM, Comparison, Status
 from gsense_fusion.comparison.contrast import contrast
 from gsense_fusion.comparison.differences import compare
 from gsense_fusion.comparison.page import comparison_html
 from gsense_fusion.comparison.words import badge, one_sentence
+from gsense_fusion.identification.result import LoopResult
 from gsense_fusion.identification.types import IdentificationError, Parameter
 
 CYCLIC = np.roll(np.eye(3), 1, axis=1)
@@ -88,6 +99,26 @@ def test_other_columns_of_g_say_nothing_of_each_other() -> None:
     c = compare(shot(old), shot(new))
     assert c.verdict == "nothing_changed"
     assert not any(d.identified for e in c.effects if e.effect == "g_sensitivity" for d in e.parameters)
+
+
+def _expecting(r: LoopResult, angle: float) -> LoopResult:
+    """The report with most of G's other columns in its values, still as unsure of them."""
+    rest = 0.9 * TRUE_G @ (np.eye(3) - np.outer(along(angle), along(angle)))
+    g = r.declared_parameters["g_sensitivity"]
+    values = {n: replace(p, value=p.value + float(x)) for (n, p), x in zip(g.items(), rest.ravel(), strict=True)}
+    return replace(r, declared_parameters={**r.declared_parameters, "g_sensitivity": values})
+
+
+def test_what_a_report_expects_of_columns_that_it_does_not_identify_is_no_difference() -> None:
+    old, new = result(1, angle=0.03), result(2, angle=-0.05)
+    plain, c = (compare(shot(old), shot(n)) for n in (new, _expecting(new, -0.05)))
+    assert c.verdict == "nothing_changed"
+    assert c.k is not None
+    assert plain.k is not None
+    assert c.k.difference.value == pytest.approx(plain.k.difference.value)
+    (mine,), (theirs,) = ([e for e in x.effects if e.effect == "g_sensitivity"] for x in (c, plain))
+    assert mine.p_value == pytest.approx(theirs.p_value)
+    assert [d.z for d in mine.parameters] == pytest.approx([d.z for d in theirs.parameters], nan_ok=True)
 
 
 def test_an_effect_that_entered_or_is_gone_is_named_with_its_owner() -> None:
