@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.signal import resample
 from scipy.stats import norm
 
+from gsense_fusion.bags.run import Run
+from gsense_fusion.identification.types import Role
 from gsense_fusion.identification.verdict.bands import LouderBand, louder_band, unsteady
 from gsense_fusion.identification.verdict.residual import WindowResidual
+
+from .sessions import BASE, SETTINGS, analyse, changed, made, names
 
 FREQUENCY = np.arange(0.1, 40.0, 0.03)
 LOW = FREQUENCY < 1.6
@@ -57,6 +63,33 @@ def test_a_level_that_wanders_from_rest_to_rest_proves_nothing(seed: int) -> Non
 @pytest.mark.parametrize("seed", range(4))
 def test_what_may_fold_is_no_noise_of_the_motion(seed: int) -> None:
     assert _p(_found([1.0] * 4, [1.5] * 9, seed, folded=0.5)) > 1e-3
+
+
+def test_leaks_where_there_is_hardly_any_noise_are_none_of_the_motion() -> None:
+    assert _p(_found([0.01] * 4, [0.1] * 9, 1)) > 1e-3
+
+
+@pytest.mark.slow
+def test_samples_given_at_twice_their_rate_are_missing_nothing() -> None:
+    """Interpolated by the transform of the whole run: no noise from 50 to 100 Hz."""
+
+    def twice(run: Run, role: Role) -> tuple[Run, Role]:
+        imu, n = run.imu, len(run.imu.stamp_ns)
+        stamps = np.interp(np.arange(2 * n - 1) / 2, np.arange(n), imu.stamp_ns - imu.stamp_ns[0])
+        rate, force = (_interpolated(x) for x in (imu.angular_rate, imu.specific_force))
+        stamp_ns = imu.stamp_ns[0] + stamps.astype(np.int64)
+        return replace(run, imu=replace(imu, angular_rate=rate, specific_force=force, stamp_ns=stamp_ns)), role
+
+    base = replace(BASE, chain=replace(BASE.chain, rate_hz=100.0, filter_hz=40.0))
+    result = analyse(changed(made(base=base), twice), SETTINGS)
+    assert (result.unexplained, names(result)) == (None, [])
+
+
+def _interpolated(series: np.ndarray) -> np.ndarray:
+    """Series (n, 3) at 2 n - 1 instants, periodic but for a slope."""
+    slope = np.linspace(0.0, 1.0, 2 * len(series))[:, None] * (series[-1] - series[0])
+    whole = resample(series - slope[::2], 2 * len(series), axis=0) + slope
+    return np.asarray(whole[:-1])
 
 
 def test_steady_noise_has_hardly_any_variance_of_its_own() -> None:

@@ -62,5 +62,15 @@ def test_a_filter_s_slope_is_not_smoothed_away() -> None:
     assert np.sqrt(model.variance(f)).max() < 0.25
 
 
+def test_beyond_the_end_of_the_noise_there_is_nothing_to_weigh_by() -> None:
+    rng = np.random.default_rng(9)
+    rate, n = 200.0, 6000
+    ends = np.fft.rfftfreq(n, 1 / rate) < 50.0
+    windows = [np.fft.irfft(np.fft.rfft(1e-3 * rng.standard_normal(n)) * ends, n) for _ in range(3)]
+    model = fit_noise([w[:5200] for w in windows], rate)
+    assert model.usable(np.arange(5.0, 48.0), 1 / 26).all()
+    assert not model.usable(np.arange(57.0, 100.0), 1 / 26).any()
+
+
 def test_without_low_frequencies_there_is_no_model() -> None:
     assert np.isnan(fit_noise([np.random.default_rng(2).standard_normal(8)], 100.0).white)

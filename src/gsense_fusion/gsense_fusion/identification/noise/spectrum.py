@@ -25,6 +25,9 @@ ROUGHNESS = tuple(10.0**x for x in np.arange(-6.0, 2.01, 0.5))
 """Variances of ln(shape) an octave that are tried: from a flat spectrum to any."""
 CLEAR_OF_ROUNDING = 2.0
 """Of the rounding's density, that a spectrum must have: noise that blurs the step at every sample has more."""
+CLEAR_OF_LEAKS = 1e-3
+"""Of the density at low frequencies: under that a window's edges leave most of the power, which is no noise. A drift
+leaks more of it than the rest did, and weighed by so little it would speak at every order."""
 _FLOOR = 1e-18
 
 
@@ -83,8 +86,9 @@ class NoiseModel:
         return i, np.asarray(at - i)
 
     def usable(self, frequency: FloatArray, resolution_hz: float) -> BoolArray:
-        """False around the tones that are there at rest too, and where rounding is most of the noise."""
-        keep = np.asarray(self.psd(frequency) >= CLEAR_OF_ROUNDING * self.rounding)
+        """False around the tones that are there at rest too, and where rounding or leaks are most of the noise."""
+        leaks = CLEAR_OF_LEAKS * float(self.psd(np.array([PARAMETRIC_BELOW_HZ]))[0])
+        keep = np.asarray(self.psd(frequency) >= max(CLEAR_OF_ROUNDING * self.rounding, leaks))
         for tone in self.tones:
             keep &= np.abs(frequency - tone.frequency_hz) > tone.reach_hz(resolution_hz)
         return keep

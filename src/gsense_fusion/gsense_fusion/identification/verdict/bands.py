@@ -13,6 +13,7 @@ from scipy.stats import norm
 from gsense_fusion.identification.types import FloatArray
 from gsense_fusion.identification.verdict.growing_noise import MODEL_ERROR
 from gsense_fusion.identification.verdict.residual import WindowResidual
+from gsense_fusion.identification.verdict.uneven_noise import LEAST_LEVEL
 
 EDGES_HZ = (0.1, 0.4, 1.6, 6.4, 12.8, 25.0, 50.0, 100.0, 200.0)
 LEAST = 30
@@ -71,10 +72,11 @@ def louder_band(moving: Sequence[WindowResidual], still: Sequence[WindowResidual
             spectrum = moving[0].bins.noise[axis].variance_between(motion.frequency, rest.frequency)
             wander = unsteady(rest.window_means, rest.counts) * (rest.one_window + motion.one_window)
             known = 1.0 / (1.0 / len(rest.frequency) + MODEL_ERROR**2 + spectrum + wander)
-            p = fisher.sf(motion.mean / (rest.mean + folded), 2 * len(motion.frequency), 2 * known)
+            level = max(rest.mean, LEAST_LEVEL) + folded
+            p = fisher.sf(motion.mean / level, 2 * len(motion.frequency), 2 * known)
             z = float(norm.isf(np.clip(p, 1e-300, 1.0)))
             if worst is None or z > worst.z:
-                excess = (motion.mean - rest.mean - folded) * motion.variance
+                excess = (motion.mean - level) * motion.variance
                 worst = LouderBand(z, 0, axis, low, high, float(np.sqrt(max(excess, 0.0))))
     return None if worst is None else replace(worst, looks=looks)
 
