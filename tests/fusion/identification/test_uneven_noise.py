@@ -52,9 +52,18 @@ def _rattle(run: Run, position: np.ndarray, acceleration: np.ndarray) -> np.ndar
     return rng.standard_normal((len(position), 3)) * np.abs(acceleration)[:, None] * QUIET * np.sqrt(100.0) * 0.1
 
 
+def _sputter(run: Run, position: np.ndarray, _acceleration: np.ndarray) -> np.ndarray:
+    """For a second in ten, wherever the carriage is then."""
+    rng = np.random.default_rng(int(run.imu.stamp_ns[0] % 1_000_003))
+    on = (np.arange(len(position)) + rng.integers(2000)) % 2000 < 200
+    noise = rng.standard_normal((len(position), 3)) * QUIET * np.sqrt(100.0)
+    return 1.2 * noise * (on & (np.ptp(position) > 0.01))[:, None]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("noise", "said"), [(_chatter, "one run alone"), (_dent, "one place"), (_rattle, "accelerated")]
+    ("noise", "said"),
+    [(_chatter, "one run alone"), (_dent, "one place"), (_rattle, "accelerated"), (_sputter, "bursts")],
 )
 def test_it_is_unexplained_and_nothing_is_named(
     noise: Callable[[Run, np.ndarray, np.ndarray], np.ndarray], said: str

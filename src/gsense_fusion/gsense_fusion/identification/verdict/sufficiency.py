@@ -16,6 +16,7 @@ from gsense_fusion.identification.search.alternatives import beside, gravity_col
 from gsense_fusion.identification.search.screening import step_gains
 from gsense_fusion.identification.types import AXES, BoolArray, FloatArray
 from gsense_fusion.identification.verdict.bands import louder_band
+from gsense_fusion.identification.verdict.bursts import bursts
 from gsense_fusion.identification.verdict.courses import courses
 from gsense_fusion.identification.verdict.exertion import exertion
 from gsense_fusion.identification.verdict.growing_noise import growing_noise
@@ -23,7 +24,7 @@ from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
-from gsense_fusion.identification.verdict.uneven_noise import KINDS, Uneven, uneven_noise
+from gsense_fusion.identification.verdict.uneven_noise import KINDS, Uneven, not_folded, uneven_noise
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 7
@@ -101,7 +102,8 @@ def find_symptoms(
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, still, alpha)
         found += _bands(moving, still, alpha / 2) + _uneven("band", growing_noise(likelihood, windows), alpha / 2)
-        found += _uneven("uneven", uneven_noise(likelihood, fit, moving), alpha / KINDS)
+        uneven = uneven_noise(likelihood, fit, moving) + bursts(moving, still, not_folded(likelihood, fit))
+        found += _uneven("uneven", uneven, alpha / KINDS)
     found += _intensity(likelihood, fit, SLOW_SHARE * alpha, level)
     found += _courses(likelihood, fit, SLOW_SHARE * alpha)
     found += _drift(likelihood, fit, alpha)
@@ -181,7 +183,7 @@ def _bands(moving: Sequence[WindowResidual], still: Sequence[WindowResidual], al
 
 
 def _uneven(kind: str, found: Sequence[Uneven], alpha: float) -> list[Symptom]:
-    """Noise that is not everywhere the same: in one run, at one place, where the carriage is accelerated or fast."""
+    """Noise that is not everywhere the same: in one run, at one place, for a while, where accelerated or fast."""
     sure = [x for x in found if x.p_value < alpha]
     return [Symptom(kind, (AXES[x.axis],), x.p_value, x.rate_rms, (), x.words) for x in sure]
 

@@ -29,7 +29,8 @@ LEAST_LEVEL = 0.5
 and what the tone leaks differs with the length of the window."""
 UNSTEADY = 0.04
 """Relative error of a run's level in a band beyond that of its ordinates: noise is not quite steady."""
-KINDS = 3
+KINDS = 4
+"""With the bursts."""
 PLACES = 12
 """Parts of the travel."""
 BLOCK_S = 0.02
@@ -69,8 +70,8 @@ class Blocks:
 
 
 def uneven_noise(likelihood: Likelihood, fit: Fit, moving: Sequence[WindowResidual]) -> list[Uneven]:
-    """The most significant of each kind in the residual of a fit, `KINDS` at most."""
-    highest_hz = _not_folded(likelihood, fit)
+    """The most significant of each kind in the residual of a fit."""
+    highest_hz = not_folded(likelihood, fit)
     rows = [_blocks(likelihood, w, highest_hz) for w in moving]
     found = [narrow_band(moving)]
     if rows:
@@ -155,7 +156,7 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
     return Uneven(min(1.0, p), axis, rms, "more noise where the carriage is accelerated")
 
 
-def _not_folded(likelihood: Likelihood, fit: Fit) -> float:
+def not_folded(likelihood: Likelihood, fit: Fit) -> float:
     """Up to where the felt force says what a kick makes of the gyro, Hz.
 
     What folds from above half the sample rate does so alike in G f. What answers to the force's rate of change gives
