@@ -50,6 +50,18 @@ def test_plant_moves_as_the_inverse_model_says():
     assert history[20:, 2] == pytest.approx(A * W * np.cos(W * t[20:]), abs=0.02)
 
 
+def test_the_history_holds_means_over_its_milliseconds():
+    """However often the loop looks: a sensor averages over its sample, and kicks are shorter than that."""
+    plant = Plant(PlantParameters())
+    history = np.concatenate([plant.advance(k / 600, 0.5 * (-1) ** (k // 100), False) for k in range(1, 300)])
+    assert history[:, 0] == pytest.approx(np.arange(1, len(history) + 1) * 1e-3)
+    assert np.cumsum(history[:, 2]) * 1e-3 == pytest.approx(history[:, 1], abs=1e-9)
+    speed = np.cumsum(history[:, 3]) * 1e-3
+    assert (speed[1:] + speed[:-1]) / 2 == pytest.approx(history[1:, 2], abs=0.02)
+    assert speed[-1] == pytest.approx(history[-1, 2], abs=0.02)
+    assert np.ptp(speed) > 0.5
+
+
 @pytest.mark.parametrize(("mass", "friction"), [(1.5, 3.0), (2.0, 5.0)])
 def test_short_circuit_brake_stops_within_18_to_22_mm(mass, friction):
     plant = Plant(PlantParameters(drive=drive(mass, friction), track=LONG_TRACK))

@@ -19,7 +19,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from gsense_rig.plant.state import ACCELERATION, CURRENT, POSITION, PULLEY, PULLEY_SPEED, SPEED, SWITCH, TIME
+from gsense_rig.plant.state import (
+    ACCELERATION,
+    CURRENT,
+    POSITION,
+    PULLEY,
+    PULLEY_SPEED,
+    SAMPLED_POSITION,
+    SAMPLED_SPEED,
+    SPEED,
+    SWITCH,
+    TIME,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,6 +46,7 @@ if TYPE_CHECKING:
 ) = range(31)  # fmt: skip
 
 HISTORY_COLUMNS = 5
+SAMPLE = 1e-3  # s, of the history
 STEPS_PER_SWITCH = 5  # the switches are looked at every 0.1 ms; they take 1 to 2 ms themselves
 SLOW = 6.0  # times the Stribeck speed, beyond which its share of friction is below 1e-15
 DIODE_DROP = 0.7  # V, of each of the two conducting body diodes
@@ -187,6 +199,12 @@ def settle_switches(state: NDArray[np.float64], p: NDArray[np.float64]) -> None:
 
 
 @njit(cache=True)
+def mark_sample(state: NDArray[np.float64]) -> None:
+    """The next row of the history is the mean from here on."""
+    state[SAMPLED_POSITION], state[SAMPLED_SPEED] = state[POSITION], state[SPEED]
+
+
+@njit(cache=True)
 def advance(
     state: NDArray[np.float64], p: NDArray[np.float64], duty: float, disabled: bool, until: float
 ) -> NDArray[np.float64]:
@@ -200,14 +218,14 @@ def advance(
         until: time to reach [s], same zero as the state's time.
 
     Returns:
-        Array with shape (n, 5), one row per whole millisecond passed: time [s], the carriage's position [m], velocity
-        [m/s] and acceleration [m/s²], motor current [A].
+        Array with shape (n, 5), one row per whole millisecond passed: time [s], the carriage's position [m], its mean
+        velocity [m/s] and acceleration [m/s²] over the millisecond, as a sensor averages, motor current [A].
     """
     first = math.floor(state[TIME] * 1000.0 + 1e-6) + 1
     last = math.floor(until * 1000.0 + 1e-6)
     rows = np.empty((max(last - first + 1, 0), HISTORY_COLUMNS))
     for k in range(first, last + 2):
-        target = k * 1e-3 if k <= last else until
+        target = k * SAMPLE if k <= last else until
         remaining = target - state[TIME]
         if remaining > 0.0:
             count = math.ceil(remaining / p[P_STEP] - 1e-9)
@@ -219,6 +237,8 @@ def advance(
             state[TIME] = target
         if k <= last:
             row = rows[k - first]
-            row[0], row[1], row[2] = target, state[POSITION], state[SPEED]
-            row[3], row[4] = state[ACCELERATION], state[CURRENT]
+            row[0], row[1], row[4] = target, state[POSITION], state[CURRENT]
+            row[2] = (state[POSITION] - state[SAMPLED_POSITION]) / SAMPLE
+            row[3] = (state[SPEED] - state[SAMPLED_SPEED]) / SAMPLE
+            mark_sample(state)
     return rows

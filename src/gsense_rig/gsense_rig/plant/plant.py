@@ -35,6 +35,7 @@ class Plant:
         self._state = np.zeros(state.STATE_SIZE) if vector is None else vector
         self._state[[state.POSITION, state.PULLEY]] = position
         self._state[state.TIME] = time
+        dynamics.mark_sample(self._state)
         dynamics.settle_switches(self._state, self._p)
 
     @classmethod
@@ -91,6 +92,7 @@ class Plant:
         """Put the carriage somewhere, moving (tests of stopping distances)."""
         self._state[[state.POSITION, state.PULLEY]] = position
         self._state[[state.SPEED, state.PULLEY_SPEED]] = velocity
+        dynamics.mark_sample(self._state)
         dynamics.settle_switches(self._state, self._p)
 
     def advance(self, until: float, duty: float, disabled: bool) -> NDArray[np.float64]:

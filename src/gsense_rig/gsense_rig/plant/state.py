@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 TIME, POSITION, SPEED, CURRENT, ACCELERATION, PULLEY, PULLEY_SPEED = range(7)
-SWITCH = 7  # four outputs, then four raw levels, then four times of the raw level's last change
+SAMPLED_POSITION, SAMPLED_SPEED = 7, 8  # at the last whole millisecond
+SWITCH = 9  # four outputs, then four raw levels, then four times of the raw level's last change
 STATE_SIZE = SWITCH + 12
