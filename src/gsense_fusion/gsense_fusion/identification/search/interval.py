@@ -25,6 +25,9 @@ HALVINGS = 5
 OUT_DROP = 8.0
 """In the log-likelihood: what loses more is out of the question."""
 CELLS = 20
+"""Of an instant, whose likelihood jumps."""
+NODES = 8
+"""Of a Gauss-Legendre rule, for a likelihood without jumps."""
 LEAST_CURVATURE = 1e-3
 """Of what each searched parameter alone has: together they are at most 30 times as uncertain."""
 
@@ -119,13 +122,14 @@ def _about_default(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> 
 
     """
     low, high = (template.default + side * _edge(likelihood, fit, template, side) for side in (-1, 1))
-    cells = low + (np.arange(CELLS) + 0.5) * (high - low) / CELLS
-    moved = [likelihood.evaluate(fit.names, fit.templates.set(template.field, float(v)), fit) for v in cells]
+    node, share = np.polynomial.legendre.leggauss(NODES)
+    value = low + (node + 1.0) / 2 * (high - low)
+    moved = [likelihood.evaluate(fit.names, fit.templates.set(template.field, float(v)), fit) for v in value]
     loglik = np.array([f.loglik for f in moved])
-    weight = np.exp(loglik - loglik.max())
+    weight = share * np.exp(loglik - loglik.max())
     weight /= weight.sum()
     steps = np.array([f.beta - fit.beta for f in moved]).T
-    return float(np.sqrt(weight @ (cells - template.default) ** 2)), np.asarray((steps * weight) @ steps.T)
+    return float(np.sqrt(weight @ (value - template.default) ** 2)), np.asarray((steps * weight) @ steps.T)
 
 
 def instant(likelihood: Likelihood, fit: Fit, template: TemplateSpec) -> tuple[float, float]:
@@ -149,6 +153,8 @@ def _edge(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
     """Distance on one side beyond which a parameter is out of the question."""
     value = fit.templates.get(template.field, template.default)
     room = template.upper - value if side > 0 else value - template.lower
+    if room <= 0.0:
+        return 0.0
 
     def out(distance: float) -> bool:
         there = fit.templates.set(template.field, value + side * distance)
@@ -159,7 +165,7 @@ def _edge(likelihood: Likelihood, fit: Fit, template: TemplateSpec, side: int) -
         if step >= room or out(step):
             break
         inner, step = step, 2 * step
-    step = min(step, max(room, 0.0))
+    step = min(step, room)
     for _ in range(HALVINGS):
         half = (inner + step) / 2
         inner, step = (inner, half) if out(half) else (half, step)
