@@ -12,8 +12,10 @@ from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
 from gsense_fusion.bags.run import Run
-from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.base import Drivers, Effect, Templates
 from gsense_fusion.identification.effects.fast_mode import mode_fields
+from gsense_fusion.identification.effects.g_cubed import GCubed
+from gsense_fusion.identification.effects.g_squared import GSquared
 from gsense_fusion.identification.effects.jerk_coupling import JerkCoupling
 from gsense_fusion.identification.motion.harmonics import Kinematics
 
@@ -34,9 +36,11 @@ def _drivers(templates: Templates = PLAIN, ringing_part: float = 0.0) -> Drivers
     return Drivers(kin, None, None, None, TIME, templates=templates, ringing=ringing)
 
 
-def test_what_answers_to_the_jerk_answers_to_the_ringing_too() -> None:
-    whole = np.asarray(JerkCoupling().design(_drivers()))
-    apart = np.asarray(JerkCoupling().design(_drivers(ringing_part=0.4)))
+@pytest.mark.parametrize("effect", [JerkCoupling(), GSquared(), GCubed()])
+def test_what_answers_to_shaking_answers_to_the_ringing_too(effect: Effect) -> None:
+    """What friction's kicks add at the reversals is multiplied by the square of the acceleration there."""
+    whole = np.asarray(effect.design(_drivers()))
+    apart = np.asarray(effect.design(_drivers(ringing_part=0.4)))
     assert apart == pytest.approx(whole, abs=1e-9 * np.abs(whole).max())
 
 

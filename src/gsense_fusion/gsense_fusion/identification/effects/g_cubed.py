@@ -24,4 +24,4 @@ class GCubed(Effect):
 
     def design(self, drivers: Drivers) -> Design:
         """Cubed acceleration on each axis, shape (n, 3, 3)."""
-        return per_axis(along_sign(drivers) * drivers.kinematics.acceleration**3)
+        return per_axis(along_sign(drivers) * drivers.acceleration**3)

@@ -25,4 +25,4 @@ class GSquared(Effect):
 
     def design(self, drivers: Drivers) -> Design:
         """Squared acceleration on each axis, shape (n, 3, 3)."""
-        return per_axis(drivers.kinematics.acceleration**2)
+        return per_axis(drivers.acceleration**2)

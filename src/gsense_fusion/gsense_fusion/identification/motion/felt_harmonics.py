@@ -5,9 +5,10 @@ for the accelerometer; a gyro of large g-sensitivity shows them, and without the
 effect.
 The low orders stay the encoder's: there gravity may turn. So does every order that the encoder knows better: its error
 grows with the square of frequency. Accelerometer and gyro of one IMU have the same filter, so what the one feels is
-what the other was shaken by. Above 20 Hz they are kept apart: what answers to shaking has them too (G f, a coupling to
-the jerk, a mount, a carriage that its belt tilts), a curve of the rigid motion has not. What lies above half
-the sample rate is in G f alone: of samples that fold no mode can be taken. Position and speed stay the encoder's.
+what the other was shaken by. Above 20 Hz they are kept apart: what answers to shaking has them too (G f, squares and
+cubes of the force, a coupling to the jerk, a mount, a carriage that its belt tilts), a curve of the rigid motion has
+not. What lies above half the sample rate is in G f alone: of samples that fold no mode can be taken. Position and speed
+stay the encoder's.
 """
 
 from __future__ import annotations
