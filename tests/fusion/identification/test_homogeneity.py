@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG
@@ -52,3 +54,16 @@ def test_a_weak_effect_may_have_a_slope_by_chance() -> None:
     assert Trend(slope=-0.23, gain=(0.23 / 0.07) ** 2).holds
     assert not Trend(slope=-0.23, gain=(0.23 / 0.01) ** 2).holds
     assert not Trend(slope=1.0, gain=(1.0 / 0.25) ** 2).holds
+
+
+def test_coefficients_that_the_block_means_hold_back_are_no_trend() -> None:
+    """Off their own optimum, the motion's windows pull at the size alike in every run, whatever its speed."""
+    campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in made(Disturbance("back_emf", DEG)).runs]))
+    effects = (GSensitivity(), SpeedPickup())
+    likelihood = Likelihood(campaign, DriverSource(campaign), effects, noise_at_rest(campaign)[0])
+    fit = likelihood.evaluate(frozenset(e.name for e in effects), Templates())
+    held = replace(fit, beta=1.05 * fit.beta)
+    found, shifted = (homogeneity(likelihood, f, effects[1]).trend for f in (fit, held))
+    assert found is not None
+    assert shifted is not None
+    assert shifted.gain == pytest.approx(found.gain, rel=1e-3)

@@ -14,6 +14,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, fit_harmonics, refined_guess
+from gsense_fusion.identification.motion.readings import lasting_rms, smoothed
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 STILL_SPAN_S = 0.5
@@ -191,11 +192,16 @@ def _sine_of_middle(
     if used.sum() < 50:
         return None
     fit = fit_harmonics(t[used], s[used], guess)
-    quantum = _quantum(s[heard])
-    tolerance = 6 * max(fit.residual_rms, quantum)
-    if fit.amplitude < 20 * quantum or fit.residual_rms > 2e-3 * fit.amplitude + quantum:
+    quantum, readings = _quantum(s[heard]), period / float(t[1] - t[0])
+    rest = np.where(heard, s - fit.position_at(t), 0.0)
+    allowed, most = 2e-3 * fit.amplitude + quantum, 6.0
+    jittering = fit.residual_rms > allowed
+    if fit.amplitude < 20 * quantum or (jittering and lasting_rms(rest[used], readings) > allowed):
         return None
-    error = np.where(heard, np.abs(s - fit.position_at(t)), 0.0)
+    if jittering:
+        rest, most = smoothed(rest, readings), 6.0 * np.sqrt(2.0)  # a stamp's error is largest at the highest speed
+    tolerance = most * max(float(np.std(rest[used])), quantum)
+    error = np.where(heard, np.abs(rest), 0.0)
     worst = maximum_filter1d(error, max(3, round(0.25 * period / float(t[1] - t[0])) | 1))
     centre = len(t) // 2
     bad = np.flatnonzero(worst > tolerance)
