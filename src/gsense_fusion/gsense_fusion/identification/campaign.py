@@ -10,6 +10,7 @@ from scipy.fft import prev_fast_len
 
 from gsense_fusion.identification.motion.carriage import CarriageMotion
 from gsense_fusion.identification.motion.felt_harmonics import with_felt_orders
+from gsense_fusion.identification.motion.felt_motion import with_felt_motion
 from gsense_fusion.identification.motion.grouping import find_mountings
 from gsense_fusion.identification.motion.mounting import (
     NOMINAL,
@@ -23,15 +24,13 @@ from gsense_fusion.identification.motion.mounting import (
 from gsense_fusion.identification.motion.narrow_filter import RunFelt, through_narrow_filter
 from gsense_fusion.identification.motion.turned_delays import without_turns
 from gsense_fusion.identification.recording.integrity import CleanRun
-from gsense_fusion.identification.types import BoolArray, Role
+from gsense_fusion.identification.types import BoolArray, FloatArray, Role
 
 EDGE_S = 0.15
 """Trimmed from windows at both ends: filters ring after a change of motion."""
 MIN_STILL_S = 1.0
 FAST_LENGTH_FROM = 500
 MIN_MOVING_S = 4.0
-BEND_S = 0.5
-"""How far the bend at an encoder's gap is felt in a motion that is no steady sine."""
 LONG_GAP_S = 0.1
 """A line through a gap of this length leaves 8 % of what 8 rad/s did within it; longer ones end a window."""
 
@@ -111,7 +110,10 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
         RunFelt(with_felt_orders(motion, run, found.along, late), run, found.along, late)
         for run, motion, found, late in zip(runs, motions, geometry, delays, strict=True)
     ]
-    moved = through_narrow_filter(felt)
+    moved = [
+        with_felt_motion(motion, run, _along(mountings, number.get(i)), late)
+        for i, (motion, run, late) in enumerate(zip(through_narrow_filter(felt), runs, delays, strict=True))
+    ]
     data = []
     for i, (run, motion, found, late) in enumerate(zip(runs, motions, geometry, delays, strict=True)):
         if i in number:
@@ -124,6 +126,11 @@ def build_campaign(runs: Sequence[CleanRun]) -> Campaign:
     return Campaign(tuple(data), tuple(mountings), delay)
 
 
+def _along(mountings: Sequence[Mounting], number: int | None) -> FloatArray | None:
+    """The rail's direction in the mounting of that number, shape (3,); None where nothing tells it."""
+    return None if number is None else mountings[number].along
+
+
 def _pose(geometry: RunGeometry) -> Mounting:
     norm = float(np.linalg.norm(geometry.mean_force))
     return Mounting(geometry.mean_force / norm, None, norm)
@@ -134,19 +141,8 @@ def _windows(run: CleanRun, motion: CarriageMotion | None, delay: float) -> tupl
     if motion is None:
         return (Window(0, len(run), False),)
     whole = _whole_windows(run, motion, delay)
-    known = run.valid if motion.harmonics is not None else run.valid & _heard(run, motion, delay)
+    known = run.valid if motion.harmonics is not None else run.valid & motion.heard_at(run.time - delay)
     return tuple(part for w in whole for part in _between_gaps(known, run.rate_hz, w))
-
-
-def _heard(run: CleanRun, motion: CarriageMotion, delay: float) -> BoolArray:
-    """Samples at which the encoder was not silent for long, shape (n,).
-
-    The bend of a line into a gap is an acceleration that the band limit spreads to both sides.
-    """
-    heard = np.ones(len(run), dtype=bool)
-    for gap in motion.silent:
-        heard &= (run.time < gap.start + delay - BEND_S) | (run.time > gap.stop + delay + BEND_S)
-    return heard
 
 
 def _whole_windows(run: CleanRun, motion: CarriageMotion, delay: float) -> tuple[Window, ...]:

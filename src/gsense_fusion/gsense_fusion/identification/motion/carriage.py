@@ -7,14 +7,17 @@ analytically; elsewhere (ramps, other shapes) a band-limited derivative has to d
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
+from gsense_fusion.identification.motion.band_limited import BandLimited
 from gsense_fusion.identification.motion.harmonics import Harmonics, Kinematics, fit_harmonics, refined_guess
 from gsense_fusion.identification.motion.readings import lasting_rms, smoothed
+from gsense_fusion.identification.motion.splined import Splined
 from gsense_fusion.identification.types import BoolArray, FloatArray
 
 STILL_SPAN_S = 0.5
@@ -23,6 +26,12 @@ STILL_RANGE_M = 2e-4
 MIN_PERIODS = 2.5
 MARGINS = (0.2, 0.3, 0.38)
 """Parts of the motion left out at both ends where its middle is fitted."""
+BEND_S = 0.5
+"""How far the bend at an encoder's gap is felt in a motion that is no steady sine."""
+MIN_REST_S = 2.5
+"""A shorter rest is a dwell at a turning point."""
+SLOW_HZ = 2.0
+"""Position noise of 1 mm makes 3 m/s^2 in a band of 12 Hz, and 0.03 in this one."""
 SILENT_S = 0.1
 """An encoder that says nothing for so long: harmonics go on through it, a line does not."""
 
@@ -69,7 +78,13 @@ class CarriageMotion:
             found = _steady_sine(self._time, self._position, self.moving, self._heard())
             if found is not None:
                 self.harmonics, self.steady = found
-        self._smooth = None if self.moving is None else _BandLimited(self._time, self._position, self._cutoff_hz())
+            else:
+                self.moving = max(without_dwells(stretches), key=lambda i: i.duration)
+                self.still = tuple(i for i in self.still if not self.moving.start < i.start < self.moving.stop)
+        self.beyond: Splined | None = None
+        """What the accelerometer adds to a motion that is no steady sine (`felt_motion`)."""
+        self.smooth = None if self.moving is None else BandLimited(self._time, self._position, self._cutoff_hz())
+        """The whole record, band-limited; None where nothing moves."""
 
     def _heard(self) -> BoolArray:
         """Where the record has readings, shape (m,)."""
@@ -84,6 +99,11 @@ class CarriageMotion:
         return float(np.clip(self.harmonics.angular_frequency / (2 * np.pi) * 12.0, 1.0, 12.0))
 
     @property
+    def covered(self) -> Interval:
+        """From the first reading to the last."""
+        return Interval(float(self._time[0]), float(self._time[-1]))
+
+    @property
     def angular_frequency(self) -> float | None:
         """Of the drive in rad/s; None where it is not periodic or does not move."""
         return None if self.harmonics is None else self.harmonics.angular_frequency
@@ -93,14 +113,31 @@ class CarriageMotion:
         """Of the fundamental in m."""
         return None if self.harmonics is None else self.harmonics.amplitude
 
+    def heard_at(self, time: FloatArray) -> BoolArray:
+        """Whether the encoder was not silent for long at the times (n,) in s.
+
+        The bend of a line into a gap is an acceleration that the band limit spreads to both sides.
+        """
+        heard = np.ones(len(time), dtype=bool)
+        for gap in self.silent:
+            heard &= (time < gap.start - BEND_S) | (time > gap.stop + BEND_S)
+        return heard
+
+    def slowly(self) -> CarriageMotion:
+        """The motion with what an encoder of much noise still knows of its acceleration."""
+        out = copy.copy(self)
+        out.smooth = BandLimited(self._time, self._position, SLOW_HZ)
+        return out
+
     def at(self, time: FloatArray) -> Kinematics:
         """Motion at the times (n,) in s: harmonic in the steady part, else band-limited, at rest beyond the record."""
-        if self._smooth is None:
+        if self.smooth is None:
             return Kinematics.at_rest(float(np.median(self._position)), len(time))
         if self.harmonics is None or self.steady is None:
-            return self._smooth.at(time)
+            smooth = self.smooth.at(time)
+            return smooth if self.beyond is None else self.beyond.added_to(smooth, time)
         inside = (time >= self.steady.start) & (time <= self.steady.stop)
-        smooth, exact = self._smooth.at(time[~inside]), self.harmonics.at(time[inside])
+        smooth, exact = self.smooth.at(time[~inside]), self.harmonics.at(time[inside])
         if self.felt is not None:
             felt = self.felt.at(time[inside])
             exact = replace(exact, acceleration=exact.acceleration + felt.acceleration, jerk=exact.jerk + felt.jerk)
@@ -136,6 +173,15 @@ def moving_stretches(time: FloatArray, position: FloatArray) -> tuple[Interval, 
     """When the carriage moves, in the time of the encoder's record: stamps in s and positions in m, shape (m,)."""
     grid, uniform = _uniform(time, position)
     return _intervals(grid, _moving_mask(grid, uniform, _silent(time)))
+
+
+def without_dwells(stretches: Sequence[Interval]) -> list[Interval]:
+    """Stretches of motion with less than a rest between them, joined."""
+    joined: list[Interval] = []
+    for stretch in stretches:
+        goes_on = bool(joined) and stretch.start - joined[-1].stop < MIN_REST_S
+        joined.append(Interval(joined.pop().start, stretch.stop) if goes_on else stretch)
+    return joined
 
 
 def _moving_mask(time: FloatArray, position: FloatArray, silent: tuple[Interval, ...]) -> BoolArray:
@@ -224,33 +270,3 @@ def _dominant_angular_frequency(time: FloatArray, position: FloatArray) -> float
     spectrum = np.abs(np.fft.rfft((position - position.mean()) * np.hanning(len(time)), n))
     frequency = np.fft.rfftfreq(n, float(time[1] - time[0]))
     return float(2 * np.pi * frequency[int(np.argmax(spectrum[1:])) + 1])
-
-
-class _BandLimited:
-    """Derivatives of the whole record by a low-pass in the frequency domain, ends continued by odd reflection."""
-
-    def __init__(self, time: FloatArray, position: FloatArray, cutoff_hz: float) -> None:
-        n = len(time)
-        pad = min(n - 1, round(4.0 / (time[1] - time[0])))
-        left = 2 * position[0] - position[pad:0:-1]
-        right = 2 * position[-1] - position[-2 : -pad - 2 : -1]
-        extended = np.concatenate([left, position, right])
-        trend = np.linspace(extended[0], extended[-1], len(extended))
-        step = float(time[1] - time[0])
-        w = 2 * np.pi * np.fft.rfftfreq(len(extended), step)
-        roll = np.clip((1.5 * cutoff_hz - w / (2 * np.pi)) / (0.5 * cutoff_hz), 0.0, 1.0)
-        spectrum = np.fft.rfft(extended - trend) * 0.5 * (1 - np.cos(np.pi * roll))
-        slope = (trend[1] - trend[0]) / step
-        offsets = (trend, slope, 0.0, 0.0)
-        parts = [np.fft.irfft(spectrum * (1j * w) ** k, len(extended)) + offsets[k] for k in range(4)]
-        self._start, self._stop = float(time[0]), float(time[-1])
-        self._spline = CubicSpline(time, np.stack([part[pad : pad + n] for part in parts], axis=1))
-
-    def at(self, time: FloatArray) -> Kinematics:
-        """Motion at the times; beyond the record the carriage is taken to stay where it was."""
-        clipped = np.clip(time, self._start, self._stop)
-        position, velocity, acceleration, jerk = np.ascontiguousarray(self._spline(clipped).T)
-        outside = (time < self._start) | (time > self._stop)
-        for series in (velocity, acceleration, jerk):
-            series[outside] = 0.0
-        return Kinematics(position, velocity, acceleration, jerk)

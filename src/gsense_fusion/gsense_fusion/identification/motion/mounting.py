@@ -105,7 +105,8 @@ def force_geometry(time: FloatArray, force: FloatArray, motion: CarriageMotion) 
     if not np.isfinite(force).all():
         return RunGeometry(np.full(3, np.nan), None, None)
     if motion.steady is None or motion.harmonics is None:
-        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None, _heading(time, force, motion))
+        heading = _heading(time, force, motion) or _heading(time, force, motion.slowly())
+        return RunGeometry(np.asarray(np.mean(force, axis=0)), None, None, heading)
     inside = (time >= motion.steady.start + 0.1) & (time <= motion.steady.stop - 0.1)
     # friction kicks at the reversals have harmonics that the encoder cannot show: the lowest orders alone are sure
     steady = motion.harmonics.lowest(3)

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 
 from gsense_fusion.bags.run import PoseSeries, Run
-from gsense_fusion.identification.motion.carriage import Interval, moving_stretches
+from gsense_fusion.identification.motion.carriage import Interval, moving_stretches, without_dwells
 
 MIN_MOTION_S = 8.0
-MIN_REST_S = 2.5
-"""A motion that counts, and the rest that ends it: shorter ones are moves to a start, and dwells at a turning point."""
+"""A motion that counts: shorter ones are moves to a start."""
 PAUSE_S = 0.5
 """The recorder's pause; in a shorter one samples were lost."""
 
@@ -37,11 +36,7 @@ def runs_of(run: Run) -> list[Run]:
 
 def _motions(stretches: Sequence[Interval]) -> list[Interval]:
     """Stretches with less than a rest between them, joined, as far as they last."""
-    joined: list[Interval] = []
-    for stretch in stretches:
-        goes_on = bool(joined) and stretch.start - joined[-1].stop < MIN_REST_S
-        joined.append(Interval(joined.pop().start, stretch.stop) if goes_on else stretch)
-    return [m for m in joined if m.duration >= MIN_MOTION_S]
+    return [m for m in without_dwells(stretches) if m.duration >= MIN_MOTION_S]
 
 
 def _cut_ns(encoder: PoseSeries, start_ns: int, low: float, high: float) -> int:
