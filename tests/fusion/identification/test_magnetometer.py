@@ -64,6 +64,24 @@ def test_steel_is_found_with_what_it_does_to_the_heading() -> None:
     assert 0.02 < reading.parameters["lag_s"].value < 0.06  # half the average of 50 ms, and the polling
 
 
+@pytest.mark.parametrize("early_s", [0.02, 0.024, 0.045])
+def test_strong_steel_that_is_some_milliseconds_off_is_no_motor(early_s: float) -> None:
+    """An encoder whose stamps are late makes the magnetometer early; what is left of a lag follows the speed."""
+    session = simulate(replace(BASE, seed=11, plan=SHORT, magnetics=MagneticParameters(steel=3.0)))
+    runs = []
+    for run, role in session.runs:
+        assert run.mag is not None
+        mag = replace(run.mag, stamp_ns=run.mag.stamp_ns - round(early_s * 1e9))
+        runs.append((replace(run, mag=mag), Role(role)))
+    clean = clean_runs(runs)
+    campaign, skew = on_one_clock(clean)
+    found = look_at(Recording(tuple(clean), campaign, skew, BOTH), (MagPosition(), MagMotor()), BOTH)
+    assert set(found.readings) == {"mag_position"}
+    lag = found.readings["mag_position"].parameters["lag_s"]
+    assert abs(lag.value + early_s - 0.035) < 0.012
+    assert lag.stderr < 0.002
+
+
 @pytest.mark.parametrize("topic", [False, True])
 def test_the_motors_current_is_found_with_and_without_a_topic_that_tells_it(topic: bool) -> None:
     p = MagneticParameters(turns=6.0, current_topic=topic)

@@ -159,7 +159,7 @@ def _parameters(m: Magnetometer, fit: FieldFit, name: str) -> dict[str, Paramete
     heading = _heading(m, fit, stacked, beta)
     if heading is not None:
         out["heading"] = heading
-    out["lag_s"] = Parameter(LAGS_S[lag], LAGS_S[1] / np.sqrt(12.0), "s")
+    out["lag_s"] = Parameter(LAGS_S[lag], m.lag_error(fit), "s")
     return out
 
 

@@ -10,7 +10,7 @@ mounting's attitude out of it. Where no topic tells the motor's current, acceler
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -18,11 +18,16 @@ from numpy.polynomial import legendre
 
 from gsense_fusion.identification.campaign import Campaign, RunData
 from gsense_fusion.identification.kept import kept
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.types import FloatArray, IntArray
 
 HIGHEST_ORDER = 6
-LAGS_S = tuple(float(x) for x in np.linspace(0.0, 0.2, 21))
-"""Tried: a magnetometer that measures ten times a second is up to a tenth late, and its filter adds to it."""
+LAGS_S = tuple(float(x) for x in np.linspace(-0.02, 0.2, 221))
+"""Tried: a magnetometer that measures ten times a second is up to a tenth late, and its filter adds to it; an encoder
+whose stamps are late makes it early. Steel that is some milliseconds off follows the speed, as the motor does."""
+LAG_NUMBERS = range(len(LAGS_S))
+COARSE = 10
+"""Of the lags, every how many are tried first."""
 GRID_S = 0.01
 """s between the places where the motion is made; a chord errs by 1e-3 at 8 rad/s, the lag's step by more."""
 FRICTION_SPEED = 0.02
@@ -51,13 +56,19 @@ class FieldRun:
         return without_drift(self.time, self.field)
 
     @cached_property
-    def moved(self) -> FloatArray:
-        """Position, velocity and acceleration that the messages show with each of the lags, (3, len(LAGS_S), k)."""
+    def _course(self) -> tuple[FloatArray, Kinematics] | None:
+        """Instants, shape (g,), and the motion at them; None where nothing moves."""
         if self.data.motion is None:
-            return np.zeros((3, len(LAGS_S), len(self.time)))
-        late = self.time - np.array(LAGS_S)[:, None]
-        grid = np.arange(late.min(), late.max() + GRID_S, GRID_S)
-        kin = self.data.motion.at(grid)
+            return None
+        grid = np.arange(self.time.min() - LAGS_S[-1], self.time.max() - LAGS_S[0] + GRID_S, GRID_S)
+        return grid, self.data.motion.at(grid)
+
+    def moved(self, lag: int) -> FloatArray:
+        """Position, velocity and acceleration that the messages show with the lag of that number, (3, k)."""
+        if self._course is None:
+            return np.zeros((3, len(self.time)))
+        grid, kin = self._course
+        late = self.time - LAGS_S[lag]
         return np.stack([np.interp(late, grid, x) for x in (kin.position, kin.velocity, kin.acceleration)])
 
     @property
@@ -126,13 +137,13 @@ class Magnetometer:
                 (still if rest else moving).append(found)
         if not moving:
             return None
-        reach = max(float(np.max(np.abs(r.moved[0, 0]))) for r in moving)
+        reach = max(float(np.max(np.abs(r.moved(0)[0]))) for r in moving)
         units = {None if r.data.run.motor is None else r.data.run.motor.unit for r in moving}
         return Magnetometer(moving, reach, units.pop() if len(units) == 1 else None, still)
 
     def columns(self, run: FieldRun, lag: int) -> FloatArray:
         """Polynomials over position, motor, motor times position, shape (k, HIGHEST_ORDER + 2 motor_columns)."""
-        position, velocity, acceleration = run.moved[:, lag]
+        position, velocity, acceleration = run.moved(lag)
         shape = legendre.legvander(position / self.reach, HIGHEST_ORDER)[:, 1:]
         motor = run.data.run.motor
         if self.motor_unit is not None and motor is not None:
@@ -183,11 +194,23 @@ class Magnetometer:
         if not position and not motor:
             return self.fit(Model(0, False))
         orders = range(1, HIGHEST_ORDER + 1) if position else (0,)
-        plain = max((self.fit(Model(k, motor, i)) for k in orders for i in range(len(LAGS_S))), key=lambda f: f.score)
+        plain = max(
+            (self.fit(Model(k, motor, i)) for k in orders for i in LAG_NUMBERS[::COARSE]), key=lambda f: f.score
+        )
+        near = LAG_NUMBERS[max(plain.model.lag - COARSE, 0) : plain.model.lag + COARSE + 1]
+        plain = max((self.fit(Model(k, motor, i)) for k in orders for i in near), key=lambda f: f.score)
         if not motor:
             return plain
         nearer = (self.fit(Model(k, motor, plain.model.lag, nearing=True)) for k in orders)
         return max(plain, *nearer, key=lambda f: f.score)
+
+    def lag_error(self, fit: FieldFit) -> float:
+        """Standard error of a model's lag, s: from the parabola through its likelihood, and the step between lags."""
+        step = LAGS_S[1] - LAGS_S[0]
+        low, high = (min(max(fit.model.lag + k, 0), LAG_NUMBERS[-1]) for k in (-COARSE, COARSE))
+        sides = [self.fit(replace(fit.model, lag=i)).loglik for i in (low, high)]
+        fall = max(fit.loglik - float(np.mean(sides)), 1e-12)
+        return float(np.hypot((high - low) / 2 * step / np.sqrt(2 * fall), step / np.sqrt(12.0)))
 
     def holds(self, fit: FieldFit, without: FieldFit) -> bool:
         """Whether, on every run left out in turn, the larger model errs less in sum."""
