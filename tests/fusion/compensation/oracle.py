@@ -86,7 +86,9 @@ class Oracle:
         power = {"g_squared": 2, "g_cubed": 3}[name]
         if term.c is None:
             return rate - np.array(term.matrix) @ f**power
-        return rate - np.array(term.c) * (np.array(term.direction) @ f) ** power
+        along = np.array(term.direction) @ f
+        higher = np.zeros(3) if term.higher is None else np.array(term.higher)
+        return rate - np.array(term.c) * along**power - higher * along ** (power + 2)
 
     def _swing(self, i: int, term: Any, u: float, dt: float) -> np.ndarray:
         """The exact solution for a ramp of input, by the exponential of the system with the ramp as states."""

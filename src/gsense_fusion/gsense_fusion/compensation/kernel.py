@@ -137,6 +137,7 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
     for k in range(kinds.shape[0]):
         kind, row = kinds[k], rows[k]
         along = row[9] * f[0] + row[10] * f[1] + row[11] * f[2] if row[15] == 1.0 else 0.0
+        square = 0.0
         if kind == KIND_TEMPERATURE:
             warm = temperature(memory[k], row[13], dt, inputs[0])
             if isfinite(warm):
@@ -171,10 +172,11 @@ def step(kinds, rows, delay_ns, ring, stamps, forces, memory, scratch, inputs, s
             else:
                 for i in range(3):
                     g[i] = f[i] if kind == KIND_FORCE else (f[i] * f[i] if kind == KIND_SQUARE else f[i] * f[i] * f[i])
-                along = along * along if kind == KIND_SQUARE else along * along * along
+                square = along * along
+                along = square if kind == KIND_SQUARE else square * along
             if row[15] == 1.0:
-                for i in range(3):
-                    rate[i] -= row[i] * along
+                for i in range(3):  # of the higher order only squares and cubes have any
+                    rate[i] -= (row[i] + row[3 + i] * square) * along
             else:
                 _take(row, g, rate)
     inputs[0] = np.nan

@@ -77,9 +77,9 @@ def _terms(name: str, values: Mapping[str, Parameter], result: LoopResult) -> li
         case "speed_pickup":
             found = [SpeedPickup(_vector(values, "c"))]
         case "g_squared" if d is not None:
-            found = [GSquared(_vector(values, "c"), d)]
+            found = [GSquared(_vector(values, "c"), d, higher=_higher_order(values))]
         case "g_cubed" if d is not None:
-            found = [GCubed(_vector(values, "c"), d)]
+            found = [GCubed(_vector(values, "c"), d, higher=_higher_order(values))]
         case "jerk_coupling" if d is not None:
             lag = values["lag"].value if "lag" in values else 0.0
             found = [JerkCoupling(_vector(values, "c"), d, lag_s=lag)]
@@ -87,6 +87,11 @@ def _terms(name: str, values: Mapping[str, Parameter], result: LoopResult) -> li
             modes = [n for n in ("", "2") if f"c{n}_x" in values]
             found = [_mode(values, d, number) for number in modes]
     return found
+
+
+def _higher_order(values: Mapping[str, Parameter]) -> Vector | None:
+    """What the search bought beside the power itself."""
+    return _vector(values, "h") if "h_x" in values else None
 
 
 def _mode(values: Mapping[str, Parameter], direction: Vector, number: str) -> GResonance:

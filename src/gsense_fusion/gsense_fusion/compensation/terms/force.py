@@ -107,8 +107,31 @@ class _ForceEffect:
 
 
 @dataclass(frozen=True)
-class GSquared(_ForceEffect):
-    """`c (d.f)^2` (vibration rectification), or matrix @ [fx^2, fy^2, fz^2]."""
+class _Power(_ForceEffect):
+    """A power of the force along `direction`, and the next one of the same parity with the coefficients `higher`."""
+
+    higher: Vector | None = None
+
+    @classmethod
+    def parse(cls, section: Section) -> Any:
+        """From its entry."""
+        if section.has("higher") and not section.has("c"):
+            raise ValueError(f"{section.path}higher: stands beside c and direction only")
+        term = super().parse(section)
+        return replace(term, higher=section.vector("higher")) if section.has("higher") else term
+
+    def document(self) -> dict[str, Any]:
+        """Its entry."""
+        return super().document() | ({} if self.higher is None else {"higher": floats(self.higher)})
+
+    def row(self) -> FloatArray:
+        """Its numbers for the kernel, shape (ROW,)."""
+        return super().row() if self.c is None else as_row(c=self.c, rate=self.higher, direction=self.direction)
+
+
+@dataclass(frozen=True)
+class GSquared(_Power):
+    """`c a^2 + higher a^4` (vibration rectification), a along the direction, or matrix @ [fx^2, fy^2, fz^2]."""
 
     effect: ClassVar[str] = "g_squared"
     unit: ClassVar[str] = "(rad/s)/(m/s^2)^2"
@@ -116,8 +139,8 @@ class GSquared(_ForceEffect):
 
 
 @dataclass(frozen=True)
-class GCubed(_ForceEffect):
-    """`c (d.f)^3`, or matrix @ [fx^3, fy^3, fz^3]; with g_sensitivity and g_squared a polynomial of the third order."""
+class GCubed(_Power):
+    """`c a^3 + higher a^5`, a along the direction, or matrix @ [fx^3, fy^3, fz^3]."""
 
     effect: ClassVar[str] = "g_cubed"
     unit: ClassVar[str] = "(rad/s)/(m/s^2)^3"

@@ -12,7 +12,8 @@ from gsense_fusion.compensation.document import Matrix, Section, Vector
 
 FloatArray = NDArray[np.float64]
 ROW = 16
-"""Numbers of one term: 9 matrix (or c and its rate), 3 direction, reference, lag or f0 or inertia, damping, spare."""
+"""Numbers of one term: 9 matrix (or c and its rate or higher order), 3 direction, reference, lag or f0 or inertia,
+damping, spare."""
 KIND_FORCE, KIND_SQUARE, KIND_CUBE, KIND_JERK, KIND_RESONANCE = 0, 1, 2, 3, 4
 KIND_TEMPERATURE, KIND_SUPPLY, KIND_FRICTION, KIND_SPEED, KIND_SCALE = 5, 6, 7, 8, 9
 

@@ -16,6 +16,7 @@ from gsense_fusion.identification.effects.g_cubed import GCubed
 from gsense_fusion.identification.effects.g_resonance import GResonance, RockingMount, SecondMode
 from gsense_fusion.identification.effects.g_sensitivity import GSensitivity
 from gsense_fusion.identification.effects.g_squared import GSquared
+from gsense_fusion.identification.effects.higher_order import higher_order
 from gsense_fusion.identification.effects.jerk_coupling import FastMode, JerkCoupling
 from gsense_fusion.identification.effects.own_axes import own_axes
 from gsense_fusion.identification.effects.rail_curvature import HIGHEST_POWER, RailBend, RailCurvature, wave
@@ -41,8 +42,10 @@ REGRESSED: tuple[Effect, ...] = (
     InertiaPickup(),
     GSquared(),
     *own_axes(GSquared()),
+    higher_order(GSquared(), 4),
     GCubed(),
     *own_axes(GCubed()),
+    higher_order(GCubed(), 5),
     BeltTilt(),
     BearingMode(),
     JerkCoupling(),
