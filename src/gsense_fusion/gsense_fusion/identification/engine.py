@@ -38,6 +38,7 @@ from gsense_fusion.identification.types import AXES, FloatArray, IdentificationE
 from gsense_fusion.identification.verdict.aliases import with_aliases
 from gsense_fusion.identification.verdict.carried_over import shares
 from gsense_fusion.identification.verdict.claims import Claims, judge
+from gsense_fusion.identification.verdict.noise_effects import with_walk
 from gsense_fusion.identification.verdict.sufficiency import Symptom
 from gsense_fusion.identification.verdict.turned_field import beyond_turns
 
@@ -82,10 +83,10 @@ def analyse(runs: Sequence[tuple[Run, Role]], settings: Settings, say: Progress)
     effects = tuple(e for e in effects if not isinstance(e, StatisticalEffect))
     likelihood = Likelihood(campaign, source, effects, noise)
     base = _declared(settings, campaign, likelihood)
-    selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
-    best = rather_sound(selection, without_lesser_tops(selection, selection.search()))
-    say("is anything left?", 0.7)
-    claims, folds = _proven(selection, best.fit, statistical, rounded, say)
+    selection, claims, folds = _searched(likelihood, base, statistical, rounded, say)
+    if claims.names and (in_motion := with_walk(noise, claims.noise)) is not None:
+        likelihood = Likelihood(campaign, source, effects, noise, in_motion)
+        selection, claims, folds = _searched(likelihood, base, statistical, rounded, say)
     if not folds:
         raise IdentificationError(
             f"{clean[0].path}: a single still stretch cannot be fitted and judged; record more runs"
@@ -120,6 +121,20 @@ def _declared(settings: Settings, campaign: Campaign, likelihood: Likelihood) ->
     if "g_sensitivity" in base and any(r.mounting is NOMINAL for r in campaign.runs):
         base |= likelihood.columns.start.keys() & {"time_offset"}  # nothing else tells the delay of the encoder
     return base
+
+
+def _searched(
+    likelihood: Likelihood,
+    base: frozenset[str],
+    statistical: Sequence[StatisticalEffect],
+    rounded: Rounding | None,
+    say: Progress,
+) -> tuple[Selection, Claims, list[Held]]:
+    """The models tried, and the claims with the folds that judge them."""
+    selection = Selection(likelihood, base, lambda text: say(f"trying {text}", 0.4))
+    best = rather_sound(selection, without_lesser_tops(selection, selection.search()))
+    say("is anything left?", 0.7)
+    return selection, *_proven(selection, best.fit, statistical, rounded, say)
 
 
 def _proven(

@@ -79,16 +79,30 @@ class Likelihood:
     """Evaluates models on the fit runs of a campaign."""
 
     def __init__(
-        self, campaign: Campaign, source: DriverSource, effects: tuple[Effect, ...], noise: Mapping[int, NoiseModel]
+        self,
+        campaign: Campaign,
+        source: DriverSource,
+        effects: tuple[Effect, ...],
+        noise: Mapping[int, NoiseModel],
+        in_motion: Mapping[int, NoiseModel] | None = None,
     ) -> None:
-        """Prepare the data; `noise` by gyro axis."""
+        """Prepare the data.
+
+        Args:
+            campaign: The runs.
+            source: What drives the effects.
+            effects: The catalogue.
+            noise: At rest, by gyro axis.
+            in_motion: What weighs the moving windows, where it is not that.
+
+        """
         self.campaign = campaign
         self.source = source
         self.effects = effects
         self.noise = noise
         self.columns = Columns.of(effects)
         self.cuts = cut_blocks(campaign.fit)
-        self.fast = WhitenedCampaign(campaign, source, effects, noise, self.cuts)
+        self.fast = WhitenedCampaign(campaign, source, effects, in_motion or noise, self.cuts)
         self.felt = ForceChannel(campaign, source, effects)
         self.blocks = block_means(campaign.fit, self.cuts)
         self.slow = {axis: SlowNoise(self.blocks, model.psd(np.array([0.5]))[0]) for axis, model in noise.items()}

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
 
 from gsense_fusion.identification.effects.statistical import Explanation, Seen, StatisticalEffect
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
+from gsense_fusion.identification.noise.spectrum import NoiseModel
 from gsense_fusion.identification.verdict.residual import WindowResidual
 from gsense_fusion.identification.verdict.sufficiency import Symptom, find_symptoms
 
@@ -41,3 +45,16 @@ def without_drift(
     if len(kept) == len(explained):
         return explained, []
     return kept, [s for s in find_symptoms(likelihood, fit, left) if s.kind == "drift"]
+
+
+def with_walk(noise: Mapping[int, NoiseModel], explained: Mapping[str, Explanation]) -> dict[int, NoiseModel] | None:
+    """Noise of the moving windows, by axis, with the walk that runs in motion; None where none was found.
+
+    A window's low orders hold much of a strong walk: weighed by the noise at rest alone, a step or a slow part of some
+    effect fits into it by many errors.
+    """
+    walks = (found.parameters["q"].value for found in explained.values() if found.settles == "drift")
+    q = next(walks, None)
+    if q is None:
+        return None
+    return {axis: replace(model, walk=model.walk + q**2 / (2 * np.pi**2)) for axis, model in noise.items()}
