@@ -56,14 +56,15 @@ def test_a_weak_effect_may_have_a_slope_by_chance() -> None:
     assert not Trend(slope=1.0, gain=(1.0 / 0.25) ** 2).holds
 
 
-def test_coefficients_that_the_block_means_hold_back_are_no_trend() -> None:
-    """Off their own optimum, the motion's windows pull at the size alike in every run, whatever its speed."""
+def test_coefficients_that_more_than_the_motion_tells_make_a_trend_no_surer() -> None:
+    """The block means pull at the size in all runs alike: no trend, however little the motion alone tells of it."""
     campaign = build_campaign(clean_runs([(run, Role(role)) for run, role in made(Disturbance("back_emf", DEG)).runs]))
     effects = (GSensitivity(), SpeedPickup())
     likelihood = Likelihood(campaign, DriverSource(campaign), effects, noise_at_rest(campaign)[0])
     fit = likelihood.evaluate(frozenset(e.name for e in effects), Templates())
-    held = replace(fit, beta=1.05 * fit.beta)
-    found, shifted = (homogeneity(likelihood, f, effects[1]).trend for f in (fit, held))
+    known = replace(fit, covariance=0.25 * fit.covariance)
+    found, held = (homogeneity(likelihood, f, effects[1]).trend for f in (fit, known))
     assert found is not None
-    assert shifted is not None
-    assert shifted.gain == pytest.approx(found.gain, rel=1e-3)
+    assert held is not None
+    assert held.slope / found.slope == pytest.approx(held.gain / found.gain)
+    assert held.gain < 0.9 * found.gain

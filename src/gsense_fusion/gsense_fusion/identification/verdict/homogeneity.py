@@ -121,22 +121,16 @@ def _trend(likelihood: Likelihood, fit: Fit, names: frozenset[str]) -> Trend | N
     ]
     if not len(own) or len(used) < 3:
         return None
-    slope, size, cross, left_over = 0.0, 0.0, np.zeros(len(index)), np.zeros(len(index))
-    total = np.zeros((len(index), len(index)))
+    slope, size, cross = 0.0, 0.0, np.zeros(len(index))
     for z, gram, mounting in used:
         beta = fit.beta_in(mounting)
         part = np.where(np.isin(np.arange(len(beta)), own), beta, 0.0)
         felt = gram.xx @ part
         slope += z * float(part @ gram.xy - felt @ beta)
-        left_over += (gram.xy - gram.xx @ beta)[index]
         size += z**2 * float(part @ felt)
         cross += z * felt[index]
-        total += gram.xx[np.ix_(index, index)]
-    unit = likelihood.columns.plausible[index]
-    scaled = total * unit[:, None] * unit[None]
-    along = np.linalg.pinv(scaled, rcond=1e-10, hermitian=True) @ (cross * unit)
-    left = size - float((cross * unit) @ along)
-    slope -= float(along @ (left_over * unit))  # the block means hold the coefficients off the optimum of these alone
+    # the block means and the accelerometer tell the coefficients too: what they leave open of them is free beside g
+    left = size - float(cross @ fit.covariance[np.ix_(index, index)] @ cross)
     return Trend(slope / left, slope**2 / left) if left > 1e-6 * max(size, 1e-300) else None
 
 

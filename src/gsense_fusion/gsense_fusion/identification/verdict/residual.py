@@ -116,6 +116,7 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
     """Whitened residuals of all windows of at least four seconds, up to 0.4 of the sample rate."""
     out: list[WindowResidual] = []
     felt: list[tuple[int, Extra]] = []
+    told = _told_by_the_accelerometer(runs)
     for data in runs:
         model = predicted(likelihood.effects, likelihood.source, data, fit.templates, fit.beta_in(data.mounting_number))
         on_time = fit.templates.set(DELAY, 0.0)  # only the gyro is late
@@ -138,12 +139,31 @@ def residuals(likelihood: Likelihood, fit: Fit, runs: Sequence[RunData]) -> list
                 folded = _may_fold(likelihood, fit, result, extra)
                 known = result.spectrum - _through_g(likelihood, fit, result, extra)
                 result = replace(result, spectrum=known, folded=folded)
-                felt.append((len(out), extra))
+                felt.append((len(out), _beside_the_rail(likelihood, fit, result, extra) if told else extra))
             out.append(result)
     cleaned = without_coherent([out[i] for i, _ in felt], [extra for _, extra in felt])
     for (i, _), result in zip(felt, cleaned, strict=True):
         out[i] = result
     return out
+
+
+def _told_by_the_accelerometer(runs: Sequence[RunData]) -> bool:
+    """Whether most motions have from the accelerometer what the encoder does not show.
+
+    Along the rail nothing is then felt beyond them, not even its noise, and a response to that could be anything: at
+    rest, where the noise is, it would be taken off.
+    """
+    motions = [r.motion for r in runs if r.motion is not None and r.motion.moving is not None]
+    return 2 * sum(m.beyond is not None for m in motions) > len(motions)
+
+
+def _beside_the_rail(likelihood: Likelihood, fit: Fit, residual: WindowResidual, extra: Extra) -> Extra:
+    """What is felt across the rail alone."""
+    mounting = likelihood.source.of(residual.data, fit.templates).mounting
+    if mounting is None or mounting.along is None:
+        return extra
+    unit = mounting.along / np.linalg.norm(mounting.along)
+    return replace(extra, felt=extra.felt - np.outer(extra.felt @ unit, unit))
 
 
 def _beyond_the_drive(residual: WindowResidual, felt: FloatArray, model: FloatArray) -> Extra:
