@@ -12,14 +12,12 @@ from gsense_fusion.identification.likelihood.model import Likelihood
 from gsense_fusion.identification.types import AXES, FloatArray
 from gsense_fusion.identification.verdict.fast_part import away_above
 from gsense_fusion.identification.verdict.residual import WindowResidual
-from gsense_fusion.identification.verdict.uneven_noise import Uneven, excess_rms
+from gsense_fusion.identification.verdict.uneven_noise import CONFIRMED_ALPHA, Uneven, excess_rms
 
 MODEL_ERROR = 0.02
 """Relative error of the spectrum beyond what its ordinates say (`NoiseModel.covariance`): noise is not quite steady."""
 LEAST_BINS = 30
 LEAST_WINDOWS = 4
-CONFIRMED_ALPHA = 0.01
-"""Chance of the growth that is left without the window that shows it most."""
 
 
 def growing_noise(likelihood: Likelihood, windows: Sequence[WindowResidual]) -> list[Uneven]:

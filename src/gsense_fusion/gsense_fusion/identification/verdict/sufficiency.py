@@ -24,7 +24,7 @@ from gsense_fusion.identification.verdict.high_orders import locked_band
 from gsense_fusion.identification.verdict.lines import Line, equal_at_rest, pooled_lines, single_lines
 from gsense_fusion.identification.verdict.motion_drift import motion_drift
 from gsense_fusion.identification.verdict.residual import HALF_ORDERS, WindowResidual, line_energies
-from gsense_fusion.identification.verdict.uneven_noise import KINDS, Uneven, not_folded, uneven_noise
+from gsense_fusion.identification.verdict.uneven_noise import KINDS, Uneven, not_folded, uneven_noise, where_fast
 
 FAMILY_ALPHA = 0.004
 FAMILIES = 7
@@ -101,7 +101,10 @@ def find_symptoms(
     if moving:
         found += _orders(likelihood, moving, alpha / 2) + _high_orders(moving, alpha / 2)
         found += _lines(moving, still, alpha)
-        found += _bands(moving, still, alpha / 2) + _uneven("band", growing_noise(likelihood, windows), alpha / 2)
+        growing = growing_noise(likelihood, windows)
+        if level == 1.0:  # what is known to grow is so within the runs: there its law was compared with others
+            growing += where_fast(likelihood, fit, moving)
+        found += _bands(moving, still, alpha / 2) + _uneven("band", growing, alpha / 4)
         uneven = uneven_noise(likelihood, fit, moving) + bursts(moving, still, not_folded(likelihood, fit))
         found += _uneven("uneven", uneven, alpha / KINDS)
     found += _intensity(likelihood, fit, SLOW_SHARE * alpha, level)

@@ -8,8 +8,8 @@ noise that grows with the speed from run to run is none of these.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -34,6 +34,15 @@ KINDS = 4
 PLACES = 12
 """Parts of the travel."""
 BLOCK_S = 0.02
+CONFIRMED_ALPHA = 0.01
+"""Chance of what is left without the run that shows it most, and of what one part of the rail shows."""
+PARTS_OF_THE_RAIL: tuple[Callable[[FloatArray], BoolArray], ...] = (
+    lambda side: side > 0.0,
+    lambda side: side < 0.0,
+    lambda side: np.abs(side) > MIDDLE,
+)
+MIDDLE = 0.5
+"""Of the travel, where the carriage is fast and what is there looks like it."""
 LEAST_BLOCKS = 50
 LAGS = 5
 """Neighbours that a block may be correlated with, where the band is narrow."""
@@ -65,6 +74,8 @@ class Blocks:
     """As far beyond the middle of the travel, m, shape (b,)."""
     exertion: FloatArray
     """Square of the acceleration beyond the window's mean, (m/s^2)^2, shape (b,)."""
+    speed: FloatArray
+    """Square of the speed beyond the window's mean, (m/s)^2, shape (b,)."""
     root: FloatArray
     """Cube root of the power over the window's mean: nearly normal (Wilson and Hilferty, 1931), shape (b, 3)."""
 
@@ -141,7 +152,40 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
 
     One-sided: noise that grows with the speed falls with the acceleration of a sine.
     """
-    driver = np.concatenate([r.exertion for r in rows])[:, None]
+    return _rising(rows, [r.exertion for r in rows], window, "more noise where the carriage is accelerated")
+
+
+def where_fast(likelihood: Likelihood, fit: Fit, moving: Sequence[WindowResidual]) -> list[Uneven]:
+    """Power against the square of the speed within each run; empty where one run or one place alone shows it.
+
+    How steady the noise is from run to run does not matter here, as it does to `growing_noise`.
+    """
+    highest_hz = not_folded(likelihood, fit)
+    rows = [_blocks(likelihood, w, highest_hz) for w in moving]
+    words = "more noise in each run where the carriage is fast"
+    found = _rising(rows, [r.speed for r in rows], moving[0], words) if len(rows) > 1 else None
+    if found is None:
+        return []
+    strongest = int(np.argmax([r.speed @ r.root[:, found.axis] for r in rows]))
+    side = [(r.position - r.mirror) / max(float(np.ptp(r.position)), 1e-30) for r in rows]  # -1 to 1
+    places = ([_part(r, at(x)) for r, x in zip(rows, side, strict=True)] for at in PARTS_OF_THE_RAIL)
+    for part in (rows[:strongest] + rows[strongest + 1 :], *places):
+        confirmed = _rising(part, [r.speed - r.speed.mean() for r in part], moving[0], words)
+        if confirmed is None or confirmed.p_value > CONFIRMED_ALPHA:
+            return []
+    return [found]
+
+
+def _part(blocks: Blocks, keep: BoolArray) -> Blocks:
+    """Some of the blocks of a window; all where there are none."""
+    if not keep.any():
+        return blocks
+    return Blocks(*(getattr(blocks, f.name)[keep] for f in fields(Blocks)))
+
+
+def _rising(rows: Sequence[Blocks], drivers: Sequence[FloatArray], window: WindowResidual, words: str) -> Uneven | None:
+    """Power against a driver of mean zero within each run, (b,) each, one-sided; None where nothing drives."""
+    driver = np.concatenate(drivers)[:, None]
     root = np.concatenate([r.root - r.root.mean(axis=0) for r in rows])
     error = np.sqrt(np.sum((driver * root) ** 2, axis=0) * _inflation(rows))
     if not (error > 0).any():
@@ -153,7 +197,7 @@ def where_accelerated(rows: Sequence[Blocks], window: WindowResidual) -> Uneven 
     cubes = np.concatenate([r.root[:, axis] ** 3 for r in rows])
     rms = excess_rms(window, away_above(window), axis, float(cubes[high].mean() - cubes[~high].mean()))
     p = (len(z) + 1) * float(norm.sf(max(float(z[axis]), all_axes)))
-    return Uneven(min(1.0, p), axis, rms, "more noise where the carriage is accelerated")
+    return Uneven(min(1.0, p), axis, rms, words)
 
 
 def not_folded(likelihood: Likelihood, fit: Fit) -> float:
@@ -170,11 +214,12 @@ def _blocks(likelihood: Likelihood, window: WindowResidual, highest_hz: float) -
     length = max(2, round(BLOCK_S * window.data.run.rate_hz))
     kin = likelihood.source.of(window.data, Templates()).kinematics
     cut = slice(window.window.start, window.window.stop)
-    position, square = in_blocks(np.column_stack([kin.position[cut], kin.acceleration[cut] ** 2]), length).T
+    series = np.column_stack([kin.position, kin.acceleration**2, kin.velocity**2])[cut]
+    position, force, speed = in_blocks(series, length).T
     power = in_blocks(fast_part(window, highest_hz) ** 2, length)
     middle = float(position.min() + position.max()) / 2
     root = np.cbrt(power / np.maximum(power.mean(axis=0), 1e-30))
-    return Blocks(position, 2 * middle - position, square - square.mean(), root)
+    return Blocks(position, 2 * middle - position, force - force.mean(), speed - speed.mean(), root)
 
 
 def _inflation(rows: Sequence[Blocks]) -> FloatArray:
