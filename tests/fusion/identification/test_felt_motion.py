@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from tests.study.simulator.parameters import DEG
 
+from gsense_fusion.bags.run import ImuSeries, PoseSeries, Run
+from gsense_fusion.identification.engine import analyse
 from gsense_fusion.identification.motion.carriage import CarriageMotion
 from gsense_fusion.identification.motion.felt_motion import with_felt_motion
 from gsense_fusion.identification.motion.mounting import run_geometry
 from gsense_fusion.identification.recording.integrity import CleanRun
 from gsense_fusion.identification.types import FloatArray, Role
+from gsense_fusion.identification.verdict.residual import residuals
+
+from .sessions import SETTINGS, G
 
 ALONG = np.array([0.6, -0.8, 0.0])
 LATE_S = 0.004
@@ -110,3 +118,34 @@ def test_dwells_between_steps_are_part_of_the_motion() -> None:
     assert motion.moving.duration > 20.0
     assert len(motion.still) == 2
     assert all(i.stop < 4.5 or i.start > 24.5 for i in motion.still)
+
+
+def pushed_run(number: int, still: bool, rng: np.random.Generator) -> Run:
+    """A run of 30 s (60 s at rest) whose encoder stamps jitter; the gyro shows G f and noise alone."""
+    t = 70.0 * number + np.arange(0.0, 60.0 if still else 30.0, 5e-3)
+    local = t - t[0]
+    size = 0.0 if still else 0.4 + 0.2 * number
+    along = size * acceleration(local) if not still else 0.0 * t
+    force = np.outer(along, [1.0, 0.0, 0.0]) + np.array([0.0, 0.0, 9.81])
+    rate = force @ np.array(G).T + 0.05 * DEG * rng.standard_normal((len(t), 3))
+    stamps = np.round(t * 1e9).astype(np.int64)
+    heard = np.sort(t + 1.5e-3 * rng.standard_normal(len(t)))
+    series = ImuSeries(stamps, stamps, rate, force + 0.04 * rng.standard_normal((len(t), 3)), (True, True, True))
+    pose = PoseSeries(np.round(heard * 1e9).astype(np.int64), size * pushed(local))
+    return Run(Path(f"run{number}"), f"run{number}", "mpu6050", "/mpu6050/imu/data_raw", series, pose=pose)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2])
+def test_nothing_is_found_behind_stamps_that_jitter_under_a_push(seed: int) -> None:
+    """Along the rail nothing is felt beyond the motion, not even noise: at rest no response to that is taken off."""
+    rng = np.random.default_rng(seed)
+    runs = [(pushed_run(i, i in (0, 7), rng), Role.FIT) for i in range(8)]
+    found = analyse(runs, SETTINGS, lambda _text, _part: None)
+    assert not found.claims.names
+    assert not found.claims.symptoms
+    left = residuals(found.likelihood, found.claims.full, found.campaign.fit)
+    rest = [w for w in left if not w.window.moving]
+    for low in np.arange(6.0, 24.0, 2.0):
+        power = [w.power[(w.frequency >= low) & (w.frequency < low + 2.0)] for w in rest]
+        assert np.concatenate(power).mean(axis=0) == pytest.approx(1.0, abs=0.35)
