@@ -47,3 +47,13 @@ def test_what_folds_above_the_band_of_the_fit_is_taken_out(order: int, stays: bo
     sine = np.cos(order * 8.0 / RATE_HZ * np.arange(SAMPLES) + 0.4)[:, None]
     left = _residual(8.0).between_orders(sine)
     assert np.std(left) == pytest.approx(np.std(sine) if stays else 0.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("w", "gone"), [(4.0, True), (5.0, True), (10.0, True), (6.0, False), (8.0, False)])
+def test_a_run_says_where_a_folded_order_took_a_tone_with_it(w: float, gone: bool) -> None:
+    """At 31.3 Hz lie the 265th, the 212th and the 106th order of 4, 5 and 10 rad/s, folded; none of 6 or 8 rad/s."""
+    tone = np.sin(2 * np.pi * 31.3 / RATE_HZ * np.arange(SAMPLES) + 0.4)[:, None]
+    residual = _residual(w)
+    assert residual.gone_with_an_order(31.3) == gone
+    left = np.std(residual.between_orders(tone)) / np.std(tone)
+    assert (left < 0.3) if gone else (left > 0.9)

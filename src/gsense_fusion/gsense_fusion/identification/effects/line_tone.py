@@ -42,7 +42,7 @@ class LineTone(StatisticalEffect):
         if found is None:
             return None
         frequency = _refined(moving, found.frequency_hz)
-        usable = [w for w in moving if _near(w, frequency).any()]
+        usable = [w for w in moving if _near(w, frequency).any() and not w.gone_with_an_order(frequency)]
         fits = _well_seen([_sine(w, frequency) for w in usable])
         if not fits:
             return None
@@ -145,6 +145,8 @@ def _without(residual: WindowResidual, frequency: float) -> WindowResidual:
     """
     if not residual.window.moving:
         return residual
+    if residual.gone_with_an_order(frequency):  # of what little is left beside it no sine can be told
+        return replace(residual, spectrum=residual.spectrum * ~_around(residual, frequency)[:, None])
     n, rate = len(residual.window), residual.data.run.rate_hz
     t = residual.data.run.time[residual.window.start] + np.arange(n) / rate
     sine = _sine(residual, frequency, _around(residual, frequency))

@@ -86,9 +86,24 @@ class WindowResidual:
         width = 1.0 if w is None else self._order_width(w)
         if w is None or width >= NARROW:
             return series
-        rate_hz = self.data.run.rate_hz  # what folds into the band of the fit lies among the drive's low orders
-        reached = max(1.0 - FOLDED_FROM, 1.0 - HIGHEST_HZ / rate_hz) if width < WIDEST_FOLDED else USED_BAND
-        return without_high_orders(series, w, rate_hz, reached)
+        return without_high_orders(series, w, self.data.run.rate_hz, self._reached(width))
+
+    def gone_with_an_order(self, frequency_hz: float) -> bool:
+        """Whether `between_orders` has taken out what is at a frequency, with a high order that folds down to there."""
+        w = self.angular_frequency
+        width = 1.0 if w is None else self._order_width(w)
+        folds = self.data.run.rate_hz - frequency_hz
+        if w is None or width >= WIDEST_FOLDED or folds > self._reached(width) * self.data.run.rate_hz:
+            return False
+        order = folds * 2 * np.pi / w
+        return bool(abs(order - np.rint(order)) < width)
+
+    def _reached(self, width: float) -> float:
+        """Part of the sample rate up to which the orders are taken out that may reach so far to either side."""
+        if width >= WIDEST_FOLDED:
+            return USED_BAND
+        # what folds into the band of the fit lies among the drive's low orders
+        return max(1.0 - FOLDED_FROM, 1.0 - HIGHEST_HZ / self.data.run.rate_hz)
 
     def _order_width(self, w: float) -> float:
         """What an order may reach to either side, in orders of the drive in rad/s."""
