@@ -10,8 +10,11 @@ from tests.study.cases import Case, parameters
 from tests.study.simulator import Disturbance
 from tests.study.simulator.parameters import DEG, ChainParameters
 
-from gsense_fusion.identification.effects.reversal_rock import lagged
+from gsense_fusion.identification.effects.base import Drivers, Templates
+from gsense_fusion.identification.effects.fine import FineGrid
+from gsense_fusion.identification.effects.reversal_rock import ReversalRock
 from gsense_fusion.identification.effects.reversals import Travel, reversals, to_go, zero_crossings
+from gsense_fusion.identification.motion.harmonics import Kinematics
 from gsense_fusion.identification.types import Owner
 
 from .sessions import BASE, analysed, finding, names
@@ -73,9 +76,28 @@ def test_lag_of_the_contacts_keeps_the_turn_and_delays_it() -> None:
     step, lag = 1e-3, 0.02
     t = np.arange(2000) * step
     pulse = np.exp(-(((t - 0.5) / 0.05) ** 2))
-    late = lagged(pulse, lag, step)
+    grid = FineGrid(1, step)
+    spectrum = grid.spectrum(pulse)
+    late = grid.of_spectrum(spectrum * grid.late(spectrum, lag_s=lag), len(t))
     assert late.sum() == pytest.approx(pulse.sum(), rel=1e-4)
     assert np.sum(t * late) / late.sum() == pytest.approx(0.5 + lag, abs=1e-4)
+
+
+@pytest.mark.parametrize("delay", [0.0037, -0.012, 0.061])
+def test_a_late_gyro_has_the_turn_of_the_motion_on_time_later(delay: float) -> None:
+    """One turn for all delays and lags that are tried, where each was made from a motion of its own."""
+    t, w = np.arange(0.0, 20.0, 0.005), 3.0
+
+    def motion(at: np.ndarray) -> Kinematics:
+        s, c = 0.15 * np.sin(w * at), 0.15 * np.cos(w * at)
+        return Kinematics(s, w * c, -(w**2) * s, -(w**3) * c)
+
+    templates = Templates().set("gyro_delay_s", delay).set("rock_width_m", 1e-3).set("rock_lag_s", 0.004)
+    made = Drivers(motion(t - delay), None, None, None, t, templates=templates)
+    late = replace(made, on_time=motion(t))
+    inside = slice(200, -200)
+    expected, found = ReversalRock().rate(made)[inside], ReversalRock().rate(late)[inside]
+    assert np.std(found - expected) < 0.01 * np.std(expected)
 
 
 @pytest.mark.slow

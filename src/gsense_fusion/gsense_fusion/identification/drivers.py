@@ -61,6 +61,7 @@ class DriverSource:
         ringing = self._ringing_of(data, delay)
         return Drivers(
             kinematics=self._kinematics(data, delay),
+            on_time=self._kinematics(data, 0.0) if delay else None,
             mounting=data.mounting,
             force=force,
             temperature=self._temperature(data, temperature_lag_s),

@@ -70,6 +70,8 @@ class Drivers:
     """What the gyro's filter leaves of a signal, by frequency; None where nothing is known of it."""
     templates: Templates = Templates()
     """Values of the searched parameters."""
+    on_time: Kinematics | None = None
+    """The same motion without the gyro's delay; None where that is none."""
     ringing: FloatArray | None = None
     """Acceleration in m/s^2 and jerk in m/s^3 along the rail that are felt beyond its rigid motion, shape (2, n)."""
 

@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import numpy as np
-from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
+from dataclasses import replace
 
 from gsense_fusion.identification.effects.base import Drivers, TemplateSpec, spec
 from gsense_fusion.identification.effects.fine import FineGrid, fine_motion
 from gsense_fusion.identification.effects.reversals import Travel
 from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.effects.turning import TrueTurn
-from gsense_fusion.identification.kept import once_for
+from gsense_fusion.identification.kept import kept, once_for
 from gsense_fusion.identification.motion.harmonics import Kinematics
-from gsense_fusion.identification.types import FloatArray
+from gsense_fusion.identification.types import ComplexArray, FloatArray
 
 LONGEST_LAG_S = 0.05
 DUCTILITY = "rock_ductility"
 SLACK = "rock_slack"
+SHAPES_KEPT = 3
+"""Of each run's turn, while delays and lags are tried."""
 
 
 class ReversalRock(TrueTurn):
@@ -40,12 +41,10 @@ class ReversalRock(TrueTurn):
 
     def rate(self, drivers: Drivers) -> FloatArray:
         """Rate of the turn as the gyro's filter leaves it: it lasts less than a sample where the run is fast."""
-        grid, travel = _fine_travel(drivers.kinematics, drivers)
-        rate = travel.rate(_width(drivers), _ductility(drivers), _slack(drivers))
-        lag = drivers.templates.get("rock_lag_s")
-        if lag:
-            rate = lagged(rate, lag, grid.step_s)
-        return grid.sampled(rate, drivers.response, means=True)
+        turn = _turn(drivers.kinematics if drivers.on_time is None else drivers.on_time, drivers)
+        delay = 0.0 if drivers.on_time is None else drivers.templates.gyro_delay_s
+        shape = _width(drivers), _ductility(drivers), _slack(drivers)
+        return turn.rate(shape, delay, drivers.templates.get("rock_lag_s"))
 
 
 class ContactLag(Shape):
@@ -93,11 +92,38 @@ def _travel(kinematics: Kinematics, time: FloatArray) -> Travel:
     return Travel.of(time, kinematics.position, kinematics.velocity)
 
 
+class _Turn:
+    """The turn of a run on a grid between its samples, made once for each shape: what is late is so by its phase."""
+
+    def __init__(self, drivers: Drivers) -> None:
+        fine = fine_motion(drivers)
+        self._grid = FineGrid(fine.per_sample, fine.step_s)
+        self._travel = Travel.of(fine.time, fine.position, fine.velocity)
+        self._response = drivers.response
+        self._samples = len(drivers)
+        self._spectrum = kept(SHAPES_KEPT, self._spectrum_of)
+        self._gain: ComplexArray | None = None
+
+    def rate(self, shape: tuple[float, float, float], delay_s: float, lag_s: float) -> FloatArray:
+        """Its rate as the gyro's filter leaves it, late by a delay and a lag, 1/s, shape (n,).
+
+        `shape`: width in m, ductility and slack.
+        """
+        spectrum = self._spectrum(*shape)
+        if delay_s or lag_s:
+            spectrum = spectrum * self._grid.late(spectrum, delay_s, lag_s)
+        return self._grid.of_spectrum(spectrum, self._samples)
+
+    def _spectrum_of(self, width: float, ductility: float, slack: float) -> ComplexArray:
+        spectrum = self._grid.spectrum(self._travel.rate(width, ductility, slack))
+        if self._gain is None:
+            self._gain = self._grid.gain(spectrum, self._response, means=True)
+        return spectrum * self._gain
+
+
 @once_for
-def _fine_travel(_: Kinematics, drivers: Drivers) -> tuple[FineGrid, Travel]:
-    """The same between the samples, with the grid that it is on."""
-    fine = fine_motion(drivers)
-    return FineGrid(fine.per_sample, fine.step_s), Travel.of(fine.time, fine.position, fine.velocity)
+def _turn(kinematics: Kinematics, drivers: Drivers) -> _Turn:
+    return _Turn(replace(drivers, kinematics=kinematics))
 
 
 def _width(drivers: Drivers) -> float:
@@ -110,9 +136,3 @@ def _ductility(drivers: Drivers) -> float:
 
 def _slack(drivers: Drivers) -> float:
     return drivers.templates.get(SLACK)
-
-
-def lagged(series: FloatArray, lag_s: float, step_s: float) -> FloatArray:
-    """A series (n,) that begins and ends at zero through a first-order lag, shape (n,)."""
-    n = next_fast_len(len(series) + int(10 * LONGEST_LAG_S / step_s), real=True)
-    return np.asarray(irfft(rfft(series, n) / (1 + 2j * np.pi * rfftfreq(n, step_s) * lag_s), n)[: len(series)])

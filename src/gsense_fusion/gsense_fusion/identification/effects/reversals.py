@@ -15,6 +15,8 @@ SLOWEST = 2e-3
 TURNED_M = 2e-4
 """Travel between two reversals under which neither is one: a carriage that sticks stands for a while, and the
 encoder's harmonics, which end at 20 Hz, ripple about its place (4 counts)."""
+FARTHEST = 40.0
+"""Widths behind a reversal at which nothing is left to go where the contacts give way no later than an exponential."""
 
 
 def zero_crossings(velocity: FloatArray) -> FloatArray:
@@ -69,10 +71,13 @@ class Travel:
 
     def angle(self, width: float, ductility: float = 1.0, slack: float = 0.0) -> FloatArray:
         """A turn from -1 to 1 that follows each reversal over the travel `width` beyond a `slack`, shape (n + 1,)."""
-        travel = self.way / width
+        turned = np.ones(len(self.way))
+        near = np.flatnonzero(self.way < (FARTHEST * width if ductility <= 1.0 else np.inf))
+        travel = self.way[near] / width
         if slack:
             travel = np.maximum(travel - slack, 0.0) / (1.0 - slack)
-        return np.asarray(self.direction * (1.0 - to_go(travel, ductility)))
+        turned[near] -= to_go(travel, ductility)
+        return np.asarray(self.direction * turned)
 
     def rate(self, width: float, ductility: float = 1.0, slack: float = 0.0) -> FloatArray:
         """Its rate, 1/s, shape (n,).

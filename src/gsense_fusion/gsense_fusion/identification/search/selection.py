@@ -13,6 +13,7 @@ from gsense_fusion.identification.effects.own_axes import OwnAxis
 from gsense_fusion.identification.kept import weakly
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.alternatives import remounted_at
+from gsense_fusion.identification.search.hopeless import hopeless
 from gsense_fusion.identification.search.tuning import Tuning
 
 MAX_EFFECTS = 4
@@ -93,6 +94,10 @@ class Selection:
             self._rough[names] = self._scored(self.tuning.on_grids(names))
         return self._rough[names]
 
+    def fitted(self, names: frozenset[str]) -> bool:
+        """Whether a set of effects was tried, roughly at least."""
+        return names in self._rough or names in self._memory
+
     def _rough_fit(self, names: frozenset[str]) -> Fit:
         return self.rough(names).fit
 
@@ -110,7 +115,8 @@ class Selection:
 
     def _step(self, best: Candidate) -> Candidate:
         """The best model beside one; what is large and off the grid is looked at where all else is worse."""
-        near = [c for n in self._neighbours(best.fit.names) if self._adds((c := self.rough(n)).fit, best.fit)]
+        sets = [n for n in self._neighbours(best.fit.names) if not hopeless(self, n, best)]
+        near = [c for n in sets if self._adds((c := self.rough(n)).fit, best.fit)]
         near.sort(key=lambda c: -c.score)
         near = [c for c in near if c.score > max(near[0].score, best.score) - CLOSE][:MAX_REFINED]
         step = max((self.candidate(c.fit.names) for c in near), key=lambda c: c.score, default=best)

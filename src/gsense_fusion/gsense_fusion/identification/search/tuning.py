@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gsense_fusion.identification.effects.base import Templates, TemplateSpec
+from gsense_fusion.identification.effects.base import Effect, Templates, TemplateSpec
 from gsense_fusion.identification.effects.shape import Shape
 from gsense_fusion.identification.likelihood.model import Fit, Likelihood
 from gsense_fusion.identification.search.interval import OUT_DROP, instant
@@ -25,6 +25,9 @@ KEPT_POINTS = 3
 MOST_ROUNDS = 6
 FAR_FROM_TOP = 5.0
 """What a round gains in the log-likelihood where it was not the last: a large effect's shapes share a narrow valley."""
+FAR_BELOW = 100.0
+"""In the log-likelihood: a model this far below the best one is refined no finer than `ROUGHLY_TO`."""
+ROUGHLY_TO = 0.02
 
 BESIDE = 0.02
 """Of the way between two points of a grid."""
@@ -42,6 +45,7 @@ class Tuning:
         self._points: dict[str, list[dict[str, float]]] = {}
         self._instants: list[tuple[float, float]] = []
         self._refined: dict[frozenset[str], Templates] = {}
+        self._highest = -np.inf
 
     def specs(self, names: frozenset[str]) -> list[TemplateSpec]:
         """Searched parameters of a set of effects."""
@@ -50,6 +54,7 @@ class Tuning:
     def keep(self, fit: Fit) -> None:
         """Remember the values of a refined model for larger ones."""
         self._refined[fit.names] = fit.templates
+        self._highest = max(self._highest, fit.loglik)
         for name in (n for n in fit.names if n in self._points):
             point = _values(fit.templates, self.effects[name].templates)
             self._points[name] = [point, *self._points[name][:KEPT_POINTS]]
@@ -67,7 +72,7 @@ class Tuning:
             known = self._points.get(name, [])
             if fit is None:
                 self._points.setdefault(name, [_values(templates, specs)])
-            elif len(specs) == 1 and specs[0].owns_effect and _values(fit.templates, specs) not in known:
+            elif self._off_its_points(fit, self.effects[name]):
                 fit = self._refine_one(fit, specs[0])
                 self._points[name] = [_values(fit.templates, specs), *known[:KEPT_POINTS]]
             else:
@@ -75,6 +80,13 @@ class Tuning:
         if fit is None:
             return self.likelihood.evaluate(names, Templates())
         return max([fit, *self._beside_refined(names)], key=lambda f: f.loglik)
+
+    def _off_its_points(self, fit: Fit, effect: Effect) -> bool:
+        """Whether an effect that exists by one parameter alone may be between the points of its grid."""
+        specs, known = effect.templates, self._points.get(effect.name, [])
+        if len(specs) != 1 or not specs[0].owns_effect or _values(fit.templates, specs) in known:
+            return False
+        return not isinstance(effect, Shape) or self._highest - fit.loglik < FAR_BELOW
 
     def _beside_refined(self, names: frozenset[str]) -> list[Fit]:
         """A further shape over its grid in the refined model without it: shapes of one effect share a valley."""
@@ -135,14 +147,17 @@ class Tuning:
         settled: dict[str, Fit] = {}
         for number in range(1 if len(specs) < 2 else MOST_ROUNDS):
             before = fit.loglik
+            fineness = REFINED_TO if self._highest - before < FAR_BELOW else ROUGHLY_TO
             for spec in (s for s in specs if settled.get(s.field) is not fit):
-                refined = self._refine_one(fit, spec)
+                refined = self._refine_one(fit, spec, fineness)
                 threshold = float(np.log(self.likelihood.samples)) if spec.optional else 0.0
                 better = 2 * (refined.loglik - fit.loglik) > threshold
                 fit = refined if better else fit
                 if spec.gaps or not better:  # all instants of the blocks beside it are looked at in one go
                     settled[spec.field] = fit
-            if number > 0 and fit.loglik - before < FAR_FROM_TOP:
+            gained = fit.loglik - before
+            hopeless = gained * (MOST_ROUNDS - 1 - number) < self._highest - fit.loglik - FAR_BELOW
+            if hopeless or (number > 0 and gained < FAR_FROM_TOP):
                 break
         for spec in (s for s in specs if s.gaps):
             fit = self._at_mean_instant(fit, spec)
@@ -159,7 +174,7 @@ class Tuning:
         self._instants.append((value, mean))
         return self.likelihood.evaluate(fit.names, fit.templates.set(spec.field, mean), fit)
 
-    def _refine_one(self, fit: Fit, spec: TemplateSpec) -> Fit:
+    def _refine_one(self, fit: Fit, spec: TemplateSpec, fineness: float = REFINED_TO) -> Fit:
         """A searched parameter between its neighbours on the grid (or its plausible distance)."""
 
         def evaluate(value: float) -> Fit:
@@ -171,7 +186,7 @@ class Tuning:
         low, high = _between(spec, centre)
         if high <= low:
             return fit
-        within = (high - low) * REFINED_TO
+        within = (high - low) * fineness
         if spec.grid:
             best = peak(lambda v: evaluate(v).loglik, centre, low, high, within)
         elif spec.gaps:
