@@ -22,7 +22,7 @@ PAIRS = (
     ("bearing_play", "rail_curvature"),
     ("back_emf", "rectification"),
 )
-LEVELS = (40.0, 400.0, 4000.0)
+LEVELS = (40.0, 400.0, 4000.0, 40_000.0)
 
 
 @dataclass(frozen=True)

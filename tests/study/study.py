@@ -68,7 +68,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--rate", type=float, default=200.0, help="sample rate in Hz")
     parser.add_argument("--first-seed", type=int, default=0, help="another one gives fresh sessions")
     parser.add_argument("--plan", choices=("sweep", "turned"), default="sweep", help="turned: with the board turned")
-    parser.add_argument("--energies", nargs="*", type=float, default=[], help="whitened energies: 40, 400, 4000")
+    parser.add_argument("--energies", nargs="*", type=float, default=[], help="whitened energies: 40, 400, 4000, 40000")
     parser.add_argument("--only", nargs="*", default=[], help="groups or effects: null, single, rail_curvature, ...")
     parser.add_argument(
         "--quick", action="store_true", help="a few sessions in about a minute; fails where one is wrong"
