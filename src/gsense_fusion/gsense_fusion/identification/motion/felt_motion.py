@@ -1,10 +1,9 @@
 """A motion that is no steady sine, from the accelerometer where the encoder shows it badly.
 
 An encoder that is read ten times a second, or whose stamps jitter, knows the position and not the acceleration: its
-error grows with the square of frequency. No harmonics average it out here, and what
-G f then lacks looks like an effect.
-What the accelerometer feels along the rail and the encoder does not show is added where it is clearly more than the
-accelerometer's own noise: at low frequencies and with a good encoder that is nothing. The directions in which the
+error grows with the square of frequency. No harmonics average it out here, and what G f then lacks looks like an
+effect. What the accelerometer feels along the rail and the encoder does not show is added where it is clearly more than
+the accelerometer's own noise: at low frequencies and with a good encoder that is nothing. The directions in which the
 carriage does not move tell the noise. Slow turns of gravity stay out.
 """
 
